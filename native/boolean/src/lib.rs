@@ -1,0 +1,1 @@
+//! Quad Boolean: QuadMixer (Nuvoli et al., SIGGRAPH Asia 2019).

@@ -1,0 +1,19 @@
+//! Polygon and triangle meshes, half-edge topology, and the check that names every defect.
+//!
+//! Layer 0: knows nothing of booleans, fields or Python. Positions are in scene units, `f64`; indices are `u32`.
+//! Faces run counter-clockwise seen from outside.
+
+mod monitor;
+mod polygon;
+mod quality;
+mod topology;
+mod triangle;
+
+pub use monitor::{Cancelled, Monitor};
+pub use polygon::{MeshError, PolygonMesh};
+pub use quality::{face_normal, scaled_jacobian, volume};
+pub use topology::{NONE, Topology};
+pub use triangle::{TriangleMesh, split_quad};
+
+/// Vectors and points in space.
+pub use glam::DVec3;

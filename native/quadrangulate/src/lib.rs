@@ -1,0 +1,1 @@
+//! Side quantisation and the filling of n-sided patches with quads.

@@ -1,0 +1,1 @@
+//! Sparse factorisation, integer programmes and matching, with no geometry in them.

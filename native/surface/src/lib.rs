@@ -1,0 +1,1 @@
+//! Geometry on triangle surfaces: geodesics, cross fields, tracing, maps, remeshing, smoothing.

@@ -1,0 +1,1 @@
+//! Shapes, random strategies, oracles and drawings for tests.
