@@ -43,14 +43,13 @@ pub enum SolveError {
         /// Number of rows.
         rows: usize,
     },
-    /// The cost of an integer programme falls without end.
-    #[error("the cost of the integer programme falls without end: bound every variable that lowers it")]
-    Unbounded,
     /// A limit struck before any solution was known.
-    #[error("no solution of the integer programme was found within {nodes} nodes: raise the limit, or give a first solution")]
+    #[error("no solution of the integer programme was found within {nodes} nodes and {seconds} s: raise the limit, or give a first solution")]
     LimitWithoutSolution {
         /// The node limit.
         nodes: u32,
+        /// The time limit, rounded down.
+        seconds: u64,
     },
     /// No perfect matching exists.
     #[error("{} vertices stay without a partner in every matching", .vertices.len())]
