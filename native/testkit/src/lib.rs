@@ -1,1 +1,3 @@
 //! Shapes, random strategies, oracles and drawings for tests.
+
+pub mod plane_region;
