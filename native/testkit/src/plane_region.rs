@@ -67,7 +67,11 @@ pub fn plane_region(loops: &[Vec<DVec2>], lift: impl Fn(DVec2) -> DVec3) -> Tria
     let mut triangles: Vec<[u32; 3]> = delaunay
         .inner_faces()
         .map(|face| face.vertices().map(|v| v.data().index))
-        .filter(|t| inside(t.iter().map(|&v| points[v as usize]).sum::<DVec2>() / 3.0))
+        .filter(|t| {
+            let [a, b, c] = t.map(|v| points[v as usize]);
+            // Rounding leaves slivers along straight sides.
+            (b - a).perp_dot(c - a) > 1e-6 * spacing * spacing && inside((a + b + c) / 3.0)
+        })
         .collect();
     triangles.sort_unstable();
     TriangleMesh { positions: points.into_iter().map(lift).collect(), triangles }

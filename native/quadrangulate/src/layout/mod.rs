@@ -276,6 +276,3 @@ fn stuck(mesh: &TriangleMesh, region: &Region, fault: Fault) -> LayoutError {
     let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
     LayoutError::NoTrace { fault, triangles: all.iter().filter(touches).copied().collect() }
 }
-
-#[cfg(test)]
-mod tests;
