@@ -2,6 +2,7 @@
 
 mod disk;
 mod fill;
+pub mod layout;
 mod pattern;
 mod strips;
 mod universal;
