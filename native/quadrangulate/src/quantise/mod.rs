@@ -74,6 +74,8 @@ pub struct Options {
     pub pattern_weight: f64,
     /// A component with more free sub-sides than this keeps its instant answer. Default 1000.
     pub most_variables: usize,
+    /// Counts are optimal when their energy is proved to be within this fraction of the minimum. Default 0.01.
+    pub relative_gap: f64,
     /// Branch-and-bound nodes for each component. Default 1000.
     pub max_nodes: u32,
     /// Backstop for each component; when it strikes, the component keeps its instant answer, because what a search has
@@ -83,7 +85,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { alpha: 0.5, norm: Norm::Squared, pattern_weight: 1.0, most_variables: 1000, max_nodes: 1000, time_limit: Duration::from_secs(20) }
+        Self { alpha: 0.5, norm: Norm::Squared, pattern_weight: 1.0, most_variables: 1000, relative_gap: 0.01, max_nodes: 1000, time_limit: Duration::from_secs(20) }
     }
 }
 
@@ -92,7 +94,7 @@ impl Default for Options {
 pub struct Quantisation {
     /// Count of each sub-side.
     pub counts: Vec<u32>,
-    /// True when the energy is proved to be within 0.01% of the minimum.
+    /// True when the energy is proved to be within [`Options::relative_gap`] of the minimum.
     pub optimal: bool,
     /// The energy of the counts.
     pub energy: Energy,

@@ -6,13 +6,13 @@ use solve::{CancelCheck, SolveError};
 
 use super::energy::Penalties;
 use super::instant::relax;
-use super::{Layout, MOST, Options, users};
-
-/// Costs within this fraction of the minimum count as optimal: well below what one count more or less changes.
-const RELATIVE_GAP: f64 = 1e-4;
+use super::{Layout, MOST, Norm, Options, users};
 
 /// Values on either side of the relaxed optimum that get unit steps at first.
 const WINDOW: i64 = 2;
+
+/// Added to the reach of the counts so that rounding errors cut off nothing.
+const LEAST_REACH: f64 = 1e-6;
 
 /// Replaces feasible counts by those of least energy; true when that was proved for every component.
 pub(super) fn improve(
@@ -67,10 +67,23 @@ fn solve_component(
     counts: &mut [u32],
     cancelled: CancelCheck<'_>,
 ) -> Result<bool, SolveError> {
+    let mut concerned: Vec<usize> = component.free.iter().flat_map(|&sub_side| penalties.of_sub_side[sub_side as usize].iter().copied()).collect();
+    concerned.sort_unstable();
+    concerned.dedup();
+    let known: f64 = concerned.iter().map(|&index| penalties.all[index].cost(penalties.all[index].value(counts))).sum();
+    // No count of a better solution costs more in isometry alone than the known solution costs altogether.
+    let share = known / options.alpha + LEAST_REACH;
+    let reach = if options.norm == Norm::Squared { share.sqrt() } else { share };
+
     let mut programme = Programme::new();
     let mut variables: Vec<Option<Variable>> = vec![None; counts.len()];
     for &sub_side in &component.free {
-        variables[sub_side as usize] = Some(programme.variable(1..=MOST as i32));
+        let ideal = layout.sub_sides[sub_side as usize].ideal;
+        // The count at hand is kept possible where rounding errors and the limits of counts meet.
+        let count = counts[sub_side as usize];
+        let low = ((ideal - reach).ceil().max(1.0) as i32).min(count as i32);
+        let high = ((ideal + reach).floor().min(f64::from(MOST)) as i32).max(count as i32);
+        variables[sub_side as usize] = Some(programme.variable(low..=high));
     }
     let one = programme.variable(1..=1);
     // A sum of counts as terms over the free ones and the sum of the fixed ones.
@@ -85,9 +98,6 @@ fn solve_component(
         (free, constant)
     };
 
-    let mut concerned: Vec<usize> = component.free.iter().flat_map(|&sub_side| penalties.of_sub_side[sub_side as usize].iter().copied()).collect();
-    concerned.sort_unstable();
-    concerned.dedup();
     for penalty in concerned.into_iter().map(|index| &penalties.all[index]) {
         let (free, constant) = split(&mut penalty.terms.iter().copied());
         let expected: f64 = penalty.terms.iter().map(|&(sub_side, factor)| f64::from(factor) * relaxed[sub_side as usize]).sum();
@@ -104,7 +114,7 @@ fn solve_component(
 
     let mut start: Vec<i64> = component.free.iter().map(|&sub_side| i64::from(counts[sub_side as usize])).collect();
     start.push(1);
-    let limits = integer::Options { max_nodes: options.max_nodes, time_limit: options.time_limit, relative_gap: RELATIVE_GAP };
+    let limits = integer::Options { max_nodes: options.max_nodes, time_limit: options.time_limit, relative_gap: options.relative_gap };
     let solution = programme.solve(&limits, Some(&start), cancelled)?;
     if solution.stop != Stop::Time {
         for (&sub_side, &value) in component.free.iter().zip(&solution.values) {

@@ -104,7 +104,7 @@ proptest! {
     #[test]
     fn equals_brute_force(layout in small_layout(), alpha in 0.05..0.95f64, absolute: bool, pattern_weight in 0.0..2.0f64) {
         let norm = if absolute { Norm::Absolute } else { Norm::Squared };
-        let options = Options { alpha, norm, pattern_weight, ..Options::default() };
+        let options = Options { alpha, norm, pattern_weight, relative_gap: 1e-4, ..Options::default() };
         let best = brute_force(&layout, &options);
         match quantise(&layout, &options, &never) {
             Ok(result) => {
@@ -155,31 +155,40 @@ fn grid(width: usize, junctions: bool, seed: u64) -> Layout {
     layout
 }
 
-/// Prints what the search costs and gains; asserts only that it is valid and repeats.
+/// Prints what the search costs and gains; asserts only that it is valid.
 #[test]
+#[ignore = "a measurement"]
 fn a_hundred_and_fifty_variables() {
     for (norm, junctions) in [(Norm::Squared, false), (Norm::Squared, true), (Norm::Absolute, true)] {
-        for seed in 0..3 {
-            let layout = grid(8, junctions, seed);
-            let options = Options { norm, ..Options::default() };
-            let begin = Instant::now();
-            let instant = quantise_instantly(&layout, &options, &never).unwrap();
-            let after_instant = begin.elapsed();
-            let result = quantise(&layout, &options, &never).unwrap();
-            let free = layout.sub_sides.iter().filter(|s| s.fixed.is_none()).count();
-            println!(
-                "{free} free, {norm:?}: instant {:.2} in {after_instant:.1?}, best {:.2} in {:.1?}, optimal {}",
-                instant.energy.total(),
-                result.energy.total(),
-                begin.elapsed(),
-                result.optimal
-            );
-            assert!(feasible(&layout, &instant.counts) && feasible(&layout, &result.counts));
-            assert!(result.energy.total() <= instant.energy.total() + 1e-9);
-            if seed == 0 {
-                assert_eq!(quantise(&layout, &options, &never).unwrap(), result);
+        for (relative_gap, max_nodes) in [(0.05, 1000), (0.01, 1000), (0.01, 100), (0.0001, 10)] {
+            for seed in 0..3 {
+                let layout = grid(8, junctions, seed);
+                let options = Options { norm, relative_gap, max_nodes, ..Options::default() };
+                let begin = Instant::now();
+                let instant = quantise_instantly(&layout, &options, &never).unwrap();
+                let after_instant = begin.elapsed();
+                let result = quantise(&layout, &options, &never).unwrap();
+                let free = layout.sub_sides.iter().filter(|s| s.fixed.is_none()).count();
+                println!(
+                    "{free} free, {norm:?}, gap {relative_gap}, {max_nodes} nodes: instant {:.2} in {after_instant:.1?}, best {:.2} in {:.1?}, optimal {}",
+                    instant.energy.total(),
+                    result.energy.total(),
+                    begin.elapsed(),
+                    result.optimal
+                );
+                assert!(feasible(&layout, &instant.counts) && feasible(&layout, &result.counts));
+                assert!(result.energy.total() <= instant.energy.total() + 1e-9);
             }
         }
+    }
+}
+
+#[test]
+fn repeats_to_the_byte() {
+    let layout = grid(4, true, 1);
+    let first = quantise(&layout, &Options::default(), &never).unwrap();
+    for _ in 0..5 {
+        assert_eq!(quantise(&layout, &Options::default(), &never).unwrap(), first);
     }
 }
 
