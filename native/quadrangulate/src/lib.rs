@@ -4,6 +4,7 @@ mod disk;
 mod fill;
 pub mod layout;
 mod pattern;
+pub mod quantise;
 mod strips;
 mod universal;
 

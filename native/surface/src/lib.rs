@@ -2,3 +2,9 @@
 
 pub mod cross_field;
 pub mod tracing;
+pub mod closest;
+pub mod geodesic;
+pub mod remesh;
+pub mod resample;
+#[cfg(test)]
+mod test_shapes;
