@@ -1,1 +1,3 @@
 //! Side quantisation and the filling of n-sided patches with quads.
+
+pub mod improve;
