@@ -10,3 +10,4 @@ mod universal;
 
 pub use disk::{Cost, Method, PatchTopology};
 pub use fill::{FillError, Filler, fill_disk, fill_loop};
+pub mod improve;

@@ -8,3 +8,6 @@ pub mod remesh;
 pub mod resample;
 #[cfg(test)]
 mod test_shapes;
+pub mod smooth;
+pub mod smooth_blend;
+pub mod smooth_star;
