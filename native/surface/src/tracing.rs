@@ -30,13 +30,13 @@ const MARGIN: f64 = 0.12;
 pub struct TraceOptions {
     /// Half the opening of the visibility cone, radians, 0 to pi/2. Default: 45 degrees, the paper's.
     pub cone: f64,
-    /// Extra cost of an arc that leaves its direction by 45 degrees, as a multiple of its length. Default: 6.
+    /// Extra cost of an arc that leaves its direction by 45 degrees, as a multiple of its length. Default: 20.
     pub penalty: f64,
 }
 
 impl Default for TraceOptions {
     fn default() -> Self {
-        Self { cone: FRAC_PI_4, penalty: 6.0 }
+        Self { cone: FRAC_PI_4, penalty: 20.0 }
     }
 }
 

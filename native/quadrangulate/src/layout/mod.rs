@@ -7,7 +7,7 @@
 //!
 //! Deviations: traces are cut one at a time (see `divide`), so tangential crossings cannot arise; a corner's class is its number of quads
 //! (see `region`), so figure 8's rules are one rule; annuli get at least two traces, because a patch must not meet itself;
-//! interior feature chains are cut first and become sides.
+//! interior feature chains are cut first and become sides; the bends of a coarse round curve are not taken for corners.
 
 mod assemble;
 mod divide;
@@ -20,6 +20,7 @@ use divide::{Canvas, Step, divide};
 use mesh::{Cancelled, Monitor, NONE, Topology, TriangleMesh};
 use region::Region;
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 use surface::cross_field::{CrossFieldError, cross_field};
 use surface::tracing::{FieldGraph, TraceOptions};
 
@@ -258,13 +259,16 @@ fn mean_border_edge(mesh: &TriangleMesh, topology: &Topology) -> f64 {
     lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
 }
 
-/// Gives every border vertex its quarters by its angle.
+/// Gives every border vertex its quarters by how the border turns there.
 fn classify(region: &mut Region, corners: &CornerAngles, canvas: &mut Canvas) {
     let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
-    for v in 0..region.vertex.len() {
-        if region.quarters[v] > 0 {
-            region.quarters[v] = corners.quarters(graph.angle(v as u32));
-            canvas.node[region.vertex[v] as usize] |= region.quarters[v] != 2;
+    for border in region.loops() {
+        let turns: Vec<f64> = border.iter().map(|&v| PI - graph.angle(v)).collect();
+        for (k, &v) in border.iter().enumerate() {
+            let before = turns[(k + turns.len() - 1) % turns.len()];
+            let quarters = corners.quarters(before, turns[k], turns[(k + 1) % turns.len()]);
+            region.quarters[v as usize] = quarters;
+            canvas.node[region.vertex[v as usize] as usize] |= quarters != 2;
         }
     }
 }

@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use surface::tracing::{Trace, TracePoint};
 
-/// Angles that bound the classes of corners, radians inside the region, measured on the surface.
+/// Which corners of a border are convex, flat and concave. Angles are measured inside the region, on the surface, in radians.
 #[derive(Debug, Clone, Copy)]
 pub struct CornerAngles {
     /// Below it a corner is convex. Default: 157.5 degrees, the paper's.
@@ -21,17 +21,25 @@ pub struct CornerAngles {
     pub concave: f64,
     /// Above it a corner is the tip of a slit, with room for four quads. Default: 315 degrees.
     pub slit: f64,
+    /// A corner that turns by less than this, while both its neighbours turn the same way at least half as much, belongs to a
+    /// round curve of few edges and is flat. Default: 50 degrees, an octagon's 45 and some; 0 gives the paper's rule.
+    pub round: f64,
 }
 
 impl Default for CornerAngles {
     fn default() -> Self {
-        Self { convex: PI * 0.875, concave: PI * 1.125, slit: PI * 1.75 }
+        Self { convex: PI * 0.875, concave: PI * 1.125, slit: PI * 1.75, round: PI / 3.6 }
     }
 }
 
 impl CornerAngles {
-    /// Quarters of a corner of this angle.
-    pub fn quarters(&self, angle: f64) -> u8 {
+    /// Quarters of a corner from the turn (a straight angle less the corner's) there and at its neighbours along the border.
+    pub fn quarters(&self, before: f64, turn: f64, after: f64) -> u8 {
+        let alike = |other: f64| other * turn.signum() >= 0.5 * turn.abs();
+        if turn.abs() < self.round && alike(before) && alike(after) {
+            return 2;
+        }
+        let angle = PI - turn;
         1 + u8::from(angle >= self.convex) + u8::from(angle > self.concave) + u8::from(angle > self.slit)
     }
 }
