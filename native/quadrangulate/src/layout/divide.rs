@@ -39,10 +39,12 @@ pub(super) struct Shape {
     pub concave: usize,
     pub euler_characteristic: i64,
     pub touches_itself: bool,
+    /// Sides that turn by more than the options allow.
+    pub round: usize,
 }
 
 impl Shape {
-    pub fn of(region: &Region) -> Self {
+    pub fn of(region: &Region, side_turn: f64) -> Self {
         let mut seen = BTreeSet::new();
         let border: Vec<usize> = (0..region.quarters.len()).filter(|&v| region.quarters[v] > 0).collect();
         Self {
@@ -50,6 +52,7 @@ impl Shape {
             concave: border.iter().filter(|&&v| region.quarters[v] > 2).count(),
             euler_characteristic: region.euler_characteristic(),
             touches_itself: !border.iter().all(|&v| seen.insert(region.vertex[v])),
+            round: round_sides(region, side_turn),
         }
     }
 
@@ -76,6 +79,27 @@ impl Shape {
     }
 }
 
+/// Number of sides (stretches between corners) whose bends add up to more than `limit`.
+fn round_sides(region: &Region, limit: f64) -> usize {
+    let angles = region.angles();
+    let mut count = 0;
+    for mut border in region.loops() {
+        let corner = border.iter().position(|&v| region.quarters[v as usize] == 1).unwrap_or(0);
+        border.rotate_left(corner);
+        let mut turn: f64 = 0.0;
+        for v in border {
+            if region.quarters[v as usize] == 1 {
+                count += usize::from(turn.abs() > limit);
+                turn = 0.0;
+            } else {
+                turn += PI - angles[v as usize];
+            }
+        }
+        count += usize::from(turn.abs() > limit);
+    }
+    count
+}
+
 /// What became of a region.
 pub(super) enum Step {
     /// It is a patch.
@@ -100,8 +124,11 @@ pub(super) fn divide(
     options: &LayoutOptions,
     monitor: &Monitor,
 ) -> Result<Step, Cancelled> {
-    let shape = Shape::of(region);
-    let Some(fault) = shape.fault() else { return Ok(Step::Patch) };
+    let shape = Shape::of(region, options.side_turn);
+    let fault = shape.fault();
+    if fault.is_none() && shape.round == 0 {
+        return Ok(Step::Patch);
+    }
     let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
     let crowded = crowded(region, canvas);
     let relaxed = TraceOptions { cone: (options.trace.cone * 1.5).min(FRAC_PI_2), ..options.trace };
@@ -109,9 +136,12 @@ pub(super) fn divide(
     for (trace_options, strict) in [(options.trace, true), (relaxed, false)] {
         let search = Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict };
         let candidates = search.candidates(shape.concave > 0, monitor)?;
-        let parts = best_cut(region, shape, &candidates, canvas, monitor)?;
-        if let Some(parts) = parts {
+        if let Some(parts) = best_cut(region, shape, &candidates, canvas, options, monitor)? {
             return Ok(Step::Parts(parts));
+        }
+        // A round side is no reason to bend the rules.
+        if fault.is_none() {
+            return Ok(Step::Patch);
         }
     }
     if shape.concave > 0 {
@@ -122,7 +152,7 @@ pub(super) fn divide(
             return Ok(Step::Flattened(flat, region.vertex[v]));
         }
     }
-    Ok(Step::Stuck(fault))
+    Ok(fault.map_or(Step::Patch, Step::Stuck))
 }
 
 /// The parts of the best cut, if one helps.
@@ -131,16 +161,17 @@ fn best_cut(
     shape: Shape,
     candidates: &[Candidate],
     canvas: &mut Canvas,
+    options: &LayoutOptions,
     monitor: &Monitor,
 ) -> Result<Option<Vec<Region>>, Cancelled> {
-    let mut best: Option<((usize, f64), &Candidate)> = None;
+    let mut best: Option<((usize, usize), f64, &Candidate)> = None;
     let length = canvas.positions.len();
     for candidate in candidates.iter().take(CUTS) {
         monitor.check()?;
         let parts = region.cut(&candidate.trace, candidate.share, &mut canvas.positions);
         canvas.positions.truncate(length);
         let Some(parts) = parts else { continue };
-        let shapes: Vec<Shape> = parts.iter().map(Shape::of).collect();
+        let shapes: Vec<Shape> = parts.iter().map(|part| Shape::of(part, options.side_turn)).collect();
         let badness: usize = shapes.iter().map(Shape::badness).sum();
         let concave: usize = shapes.iter().map(|s| s.concave).sum();
         let irregular: usize = shapes.iter().map(|s| s.sides.abs_diff(4)).sum();
@@ -148,22 +179,23 @@ fn best_cut(
             [a, b] => a.area().min(b.area()) / region.area(),
             _ => 0.5,
         };
-        let key = if shape.concave > 0 {
+        let round: usize = shapes.iter().map(|s| s.round).sum();
+        let (rank, cost) = if shape.concave > 0 {
             if concave >= shape.concave {
                 continue;
             }
-            (0, candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64))
+            ((0, 0), candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64))
         } else {
-            if badness >= shape.badness() {
+            if (badness, round) >= (shape.badness(), shape.round) {
                 continue;
             }
-            (badness, candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance))
+            ((badness, round), candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance))
         };
-        if best.is_none_or(|(found, _)| key.0 < found.0 || key.0 == found.0 && key.1 < found.1) {
-            best = Some((key, candidate));
+        if best.is_none_or(|(found, least, _)| (rank, cost) < (found, least)) {
+            best = Some((rank, cost, candidate));
         }
     }
-    let Some((_, chosen)) = best else { return Ok(None) };
+    let Some((.., chosen)) = best else { return Ok(None) };
     let Some(parts) = region.cut(&chosen.trace, chosen.share, &mut canvas.positions) else { return Ok(None) };
     canvas.fixed.resize(canvas.positions.len(), false);
     canvas.node.resize(canvas.positions.len(), false);

@@ -22,7 +22,7 @@ use region::Region;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use surface::cross_field::{CrossFieldError, cross_field};
-use surface::tracing::{FieldGraph, TraceOptions};
+use surface::tracing::TraceOptions;
 
 /// How a region is divided.
 #[derive(Debug, Clone, Copy)]
@@ -31,13 +31,16 @@ pub struct LayoutOptions {
     pub corners: CornerAngles,
     /// How traces follow the field.
     pub trace: TraceOptions,
+    /// A patch whose side bends by more than this in total is divided further when a trace allows it, so that its quads can
+    /// turn gradually; radians. Default: 135 degrees.
+    pub side_turn: f64,
     /// Times that the interior edges are halved before tracing. Default: 1; more is smoother and four times slower.
     pub refinements: u32,
 }
 
 impl Default for LayoutOptions {
     fn default() -> Self {
-        Self { corners: CornerAngles::default(), trace: TraceOptions::default(), refinements: 1 }
+        Self { corners: CornerAngles::default(), trace: TraceOptions::default(), side_turn: PI * 0.75, refinements: 1 }
     }
 }
 
@@ -261,9 +264,9 @@ fn mean_border_edge(mesh: &TriangleMesh, topology: &Topology) -> f64 {
 
 /// Gives every border vertex its quarters by how the border turns there.
 fn classify(region: &mut Region, corners: &CornerAngles, canvas: &mut Canvas) {
-    let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
+    let angles = region.angles();
     for border in region.loops() {
-        let turns: Vec<f64> = border.iter().map(|&v| PI - graph.angle(v)).collect();
+        let turns: Vec<f64> = border.iter().map(|&v| PI - angles[v as usize]).collect();
         for (k, &v) in border.iter().enumerate() {
             let before = turns[(k + turns.len() - 1) % turns.len()];
             let quarters = corners.quarters(before, turns[k], turns[(k + 1) % turns.len()]);

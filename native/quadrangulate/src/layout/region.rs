@@ -82,6 +82,18 @@ impl Region {
         self.mesh.positions.len() as i64 - self.topology.edges().count() as i64 + self.mesh.triangles.len() as i64
     }
 
+    /// Sum of the corner angles at each vertex.
+    pub fn angles(&self) -> Vec<f64> {
+        let mut angles = vec![0.0; self.vertex.len()];
+        for (t, triangle) in self.mesh.triangles.iter().enumerate() {
+            let p = self.mesh.points(t);
+            for k in 0..3 {
+                angles[triangle[k] as usize] += (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
+            }
+        }
+        angles
+    }
+
     /// Sum of the triangle areas.
     pub fn area(&self) -> f64 {
         (0..self.mesh.triangles.len()).map(|t| self.mesh.area_normal(t).length() / 2.0).sum()
