@@ -2,3 +2,4 @@
 
 pub mod cross_field;
 pub mod tracing;
+pub mod parametrize;
