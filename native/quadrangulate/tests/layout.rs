@@ -122,9 +122,6 @@ fn shapes() -> BTreeMap<&'static str, TriangleMesh> {
     let pants = [circle(DVec2::ZERO, 3.0, 48), circle(DVec2::new(1.3, 0.2), 0.7, 13), circle(DVec2::new(-1.3, 0.), 0.6, 11)];
     let star: Vec<DVec2> =
         (0..10).map(|k| [3.0, 1.5][k % 2] * DVec2::from_angle(TAU * k as f64 / 10.0)).collect();
-    let tube = |p: DVec2| DVec3::new(p.x.cos(), p.x.sin(), p.y);
-    let strip = |angle: DVec2| 2.0 * DVec2::from_angle(angle.x) * (1.0 + angle.y);
-    let _ = (tube, strip);
     let staircase = polygon(&[(0., 0.), (5., 0.), (5., 1.), (4., 1.), (4., 2.), (3., 2.), (3., 3.), (2., 3.), (2., 4.), (0., 4.)], 0.5);
     [
         ("l_shape", plane_region(&[l_shape.clone()], flat)),
@@ -156,4 +153,125 @@ fn shapes_become_patches() {
             Err(error) => panic!("{name}: {error}"),
         }
     }
+}
+
+/// Numbers in [0, 1) from a seed (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// Outlines of a set of unit cells, each with the cells on its left. `None` when two cells touch at a corner only.
+fn outlines(cells: &BTreeSet<[i32; 2]>) -> Option<Vec<Vec<DVec2>>> {
+    let mut next: BTreeMap<[i32; 2], [i32; 2]> = BTreeMap::new();
+    for &[x, y] in cells {
+        let corners = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]];
+        let beside = [[x, y - 1], [x + 1, y], [x, y + 1], [x - 1, y]];
+        for k in 0..4 {
+            if !cells.contains(&beside[k]) && next.insert(corners[k], corners[(k + 1) % 4]).is_some() {
+                return None;
+            }
+        }
+    }
+    let mut loops = Vec::new();
+    while let Some((&start, _)) = next.first_key_value() {
+        let mut outline = Vec::new();
+        let mut at = start;
+        while let Some(to) = next.remove(&at) {
+            outline.push(DVec2::new(f64::from(at[0]), f64::from(at[1])));
+            at = to;
+        }
+        loops.push(outline);
+    }
+    Some(loops)
+}
+
+/// A region as the boolean leaves it: between a closed curve and the outline of the whole quads some distance away from it,
+/// outside or inside the curve, on a bent surface with bent rows of quads.
+fn random_region(seed: u64) -> Option<TriangleMesh> {
+    let mut random = Random(seed);
+    let outside = random.next() < 0.6;
+    let (radius, distance) = (1.2 + 6.0 * random.next().powi(2), 0.9 + 1.2 * random.next());
+    let (stretch, turn, wave) = (0.5 + random.next(), TAU * random.next(), 0.25 * random.next());
+    let centre = DVec2::new(random.next(), random.next());
+    let shape = |t: f64| {
+        let r = radius * (1.0 + wave * (3.0 * t).sin());
+        centre + DVec2::from_angle(turn).rotate(DVec2::new(r * t.cos(), r * stretch * t.sin()))
+    };
+    let fine: Vec<DVec2> = (0..720).map(|k| shape(TAU * f64::from(k) / 720.0)).collect();
+    let perimeter: f64 = (0..720).map(|k| fine[k].distance(fine[(k + 1) % 720])).sum();
+    let count = ((perimeter / (0.7 + 0.6 * random.next())) as usize).max(6);
+    let mut curve = Vec::new();
+    let mut walked = 0.0;
+    for k in 0..720 {
+        if walked >= perimeter * curve.len() as f64 / count as f64 && curve.len() < count {
+            curve.push(fine[k]);
+        }
+        walked += fine[k].distance(fine[(k + 1) % 720]);
+    }
+    let inside = |p: DVec2| {
+        let crossings = (0..720).filter(|&k| {
+            let (a, b) = (fine[k], fine[(k + 1) % 720]);
+            (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+        });
+        crossings.count() % 2 == 1
+    };
+    let near = |p: DVec2| fine.iter().any(|q| q.distance(p) < distance);
+    let mut cells = BTreeSet::new();
+    for (x, y) in (-16..16).flat_map(|x| (-16..16).map(move |y| (x, y))) {
+        let corners = [(0, 0), (1, 0), (1, 1), (0, 1), ].map(|(i, j)| DVec2::new(f64::from(x + i), f64::from(y + j)));
+        let takes = if outside {
+            corners.iter().any(|&p| inside(p) || near(p))
+        } else {
+            corners.iter().all(|&p| inside(p) && !near(p))
+        };
+        if takes {
+            cells.insert([x, y]);
+        }
+    }
+    let mut loops = outlines(&cells)?;
+    if outside && loops.len() != 1 {
+        return None;
+    }
+    loops.push(curve);
+    let (bend, height) = (0.06 * random.next(), 2.0 * random.next());
+    Some(plane_region(&loops, |p| {
+        let bent = DVec2::new(p.x + bend * p.y * p.y, p.y - bend * p.x * p.x / 2.0);
+        bent.extend(height * (-0.05 * p.length_squared()).exp())
+    }))
+}
+
+#[test]
+fn random_regions_become_patches() {
+    let cases = std::env::var("QUADLOOM_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(60);
+    let (mut tried, mut failed, mut patches, mut seconds, mut flattened) = (0, 0, 0, 0.0, 0);
+    for seed in 0..cases {
+        let Some(mesh) = random_region(seed) else { continue };
+        tried += 1;
+        let start = std::time::Instant::now();
+        match layout_of(&mesh) {
+            Ok(layout) => {
+                seconds += start.elapsed().as_secs_f64();
+                patches += layout.patches.len();
+                flattened += layout.flattened.len();
+                check(&mesh, &layout);
+                if seed < 24 {
+                    draw(&format!("random_{seed:02}"), &layout);
+                }
+            }
+            Err(error) => {
+                failed += 1;
+                eprintln!("seed {seed}: {error}");
+            }
+        }
+    }
+    eprintln!("{tried} regions, {failed} failed, {patches} patches, {flattened} corners flattened, {seconds:.1} s");
+    assert!(failed * 20 <= tried, "{failed} of {tried} failed");
 }

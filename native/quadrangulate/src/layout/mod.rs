@@ -217,7 +217,11 @@ pub fn trace_layout(
     let (mut patches, mut flattened) = (Vec::new(), Vec::new());
     while let Some(region) = pending.pop() {
         match divide(&region, &mut canvas, options, monitor)? {
-            Step::Patch => patches.push(region),
+            Step::Patch => {
+                let mut patch = region;
+                patch.split_chords(&mut canvas.positions);
+                patches.push(patch);
+            }
             Step::Parts(parts) => pending.extend(parts.into_iter().rev()),
             Step::Flattened(region, v) => {
                 flattened.push(v);

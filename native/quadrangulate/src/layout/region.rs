@@ -220,6 +220,23 @@ impl Region {
         Self::new(vertex, TriangleMesh { positions, triangles }, field, worth)
     }
 
+    /// Splits every interior edge that joins two border vertices, so that a map of the border onto a polygon squeezes no triangle
+    /// onto one side.
+    pub fn split_chords(&mut self, positions: &mut Vec<DVec3>) {
+        let chord = |h: &u32| {
+            let ends = [self.topology.from(*h), self.topology.to(*h)];
+            !self.topology.is_border(*h) && ends.iter().all(|&v| self.quarters[v as usize] > 0)
+        };
+        let chords: Vec<u32> = self.topology.edges().filter(chord).collect();
+        if chords.is_empty() {
+            return;
+        }
+        for h in chords {
+            self.split_edge(self.topology.from(h), self.topology.to(h), 0.5, positions);
+        }
+        self.topology = Topology::of_triangles(&self.mesh);
+    }
+
     /// Puts a vertex on the interior edge from `a` to `b`. `topology` is stale afterwards. `None` when there is no such edge.
     fn split_edge(&mut self, a: u32, b: u32, t: f64, positions: &mut Vec<DVec3>) -> Option<u32> {
         let sides: Vec<(usize, usize)> = (0..self.mesh.triangles.len())
