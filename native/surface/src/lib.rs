@@ -1,5 +1,5 @@
 //! Geometry on triangle surfaces: geodesics, cross fields, tracing, maps, remeshing, smoothing.
 
 pub mod cross_field;
-pub mod tracing;
 pub mod parametrize;
+pub mod tracing;
