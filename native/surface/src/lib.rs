@@ -1,6 +1,7 @@
 //! Geometry on triangle surfaces: geodesics, cross fields, tracing, maps, remeshing, smoothing.
 
 pub mod cross_field;
+pub mod parametrize;
 pub mod tracing;
 pub mod closest;
 pub mod geodesic;
