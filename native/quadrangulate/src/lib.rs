@@ -2,9 +2,16 @@
 
 mod disk;
 mod fill;
+mod flatten;
+mod lbfgs;
+mod locate;
+mod optimise;
 mod pattern;
+mod place;
 mod strips;
 mod universal;
 
 pub use disk::{Cost, Method, PatchTopology};
 pub use fill::{FillError, Filler, fill_disk, fill_loop};
+pub use optimise::optimise_flat;
+pub use place::{DiskSurface, PlaceError, place};
