@@ -126,28 +126,43 @@ impl Region {
         outside: &[u32],
         under: Under,
     ) -> Self {
+        let same_piece = |h: u32| piece[(topology.twin[h as usize] / 3) as usize] == piece[(h / 3) as usize];
         let on_rim = |h: u32| topology.is_border(h) || is_line[h as usize];
+        let is_border = |h: u32| topology.is_border(h) || (is_line[h as usize] && !same_piece(h));
         let half_edges = || triangles.iter().flat_map(|&t| 3 * t..3 * t + 3);
-        let mut local: BTreeMap<u32, u32> = BTreeMap::new();
-        let mut order: Vec<u32> =
-            half_edges().filter(|&h| on_rim(h)).flat_map(|h| [topology.from(h), topology.to(h)]).collect();
+        // A vertex where the region touches itself counts once for each fan of triangles there.
+        let fan = |h: u32| {
+            let mut first = h;
+            while !is_border(first) {
+                first = topology.next[topology.twin[first as usize] as usize];
+                if first == h {
+                    return (topology.from(h), mesh::NONE);
+                }
+            }
+            (topology.from(h), first)
+        };
+        let fans: BTreeMap<u32, (u32, u32)> = half_edges().map(|h| (h, fan(h))).collect();
+        // A half-edge ends in the fan that the next one starts from.
+        let mut order: Vec<(u32, u32)> = half_edges()
+            .filter(|&h| on_rim(h))
+            .flat_map(|h| [fans[&h], fans[&topology.next[h as usize]]])
+            .collect();
         order.sort_unstable();
         order.dedup();
-        let rim = order.clone();
-        local.extend(order.iter().enumerate().map(|(k, &v)| (v, k as u32)));
+        let rim: Vec<u32> = order.iter().map(|f| f.0).collect();
+        let mut local: BTreeMap<(u32, u32), u32> = order.iter().enumerate().map(|(k, &f)| (f, k as u32)).collect();
         for h in half_edges() {
-            let v = topology.from(h);
-            local.entry(v).or_insert_with(|| {
-                order.push(v);
+            local.entry(fans[&h]).or_insert_with(|| {
+                order.push(fans[&h]);
                 order.len() as u32 - 1
             });
         }
+        let at = |h: u32| local[&fans[&h]];
         let cut_out = TriangleMesh {
-            positions: order.iter().map(|&v| surface.positions[v as usize]).collect(),
-            triangles: triangles.iter().map(|&t| surface.triangles[t as usize].map(|v| local[&v])).collect(),
+            positions: order.iter().map(|f| surface.positions[f.0 as usize]).collect(),
+            triangles: triangles.iter().map(|&t| [3 * t, 3 * t + 1, 3 * t + 2].map(at)).collect(),
         };
-        let same_piece = |h: u32| piece[(topology.twin[h as usize] / 3) as usize] == piece[(h / 3) as usize];
-        let ends = |h: u32| [local[&topology.from(h)], local[&topology.to(h)]];
+        let ends = |h: u32| [at(h), at(topology.next[h as usize])];
         let lines = || half_edges().filter(|&h| is_line[h as usize]);
         let inner_lines =
             lines().filter(|&h| h < topology.twin[h as usize] && same_piece(h)).map(ends).collect();
@@ -162,7 +177,7 @@ impl Region {
             loops,
             inner_lines,
             line_edges,
-            size: order.iter().map(|&v| size[v as usize]).collect(),
+            size: order.iter().map(|f| size[f.0 as usize]).collect(),
             surface: cut_out,
             under,
         }
