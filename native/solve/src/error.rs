@@ -38,13 +38,17 @@ pub enum SolveError {
         row: Option<usize>,
     },
     /// No assignment satisfies all rows and bounds of an integer programme.
-    #[error("the integer programme has no solution: some of its {rows} rows contradict each other or the bounds")]
+    #[error(
+        "the integer programme has no solution: some of its {rows} rows contradict each other or the bounds"
+    )]
     Infeasible {
         /// Number of rows.
         rows: usize,
     },
     /// A limit struck before any solution was known.
-    #[error("no solution of the integer programme was found within {nodes} nodes and {seconds} s: raise the limit, or give a first solution")]
+    #[error(
+        "no solution of the integer programme was found within {nodes} nodes and {seconds} s: raise the limit, or give a first solution"
+    )]
     LimitWithoutSolution {
         /// The node limit.
         nodes: u32,
