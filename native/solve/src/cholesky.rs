@@ -46,11 +46,7 @@ impl Factor {
         let mut diagonal = vec![0.0; size];
         for (index, &(row, column, value)) in triplets.iter().enumerate() {
             if row >= size {
-                return Err(SolveError::OutOfRange {
-                    what: "matrix row",
-                    index: row,
-                    count: size,
-                });
+                return Err(SolveError::OutOfRange { what: "matrix row", index: row, count: size });
             }
             if column > row {
                 return Err(SolveError::BadNumber {
@@ -60,35 +56,23 @@ impl Factor {
                 });
             }
             if !value.is_finite() {
-                return Err(SolveError::BadNumber {
-                    what: "matrix value",
-                    index,
-                    expected: "finite",
-                });
+                return Err(SolveError::BadNumber { what: "matrix value", index, expected: "finite" });
             }
             if row == column {
                 diagonal[row] += value;
             }
         }
-        let indefinite = || SolveError::NotPositiveDefinite {
-            size,
-            row: diagonal.iter().position(|&value| value <= 0.0),
-        };
+        let indefinite =
+            || SolveError::NotPositiveDefinite { size, row: diagonal.iter().position(|&value| value <= 0.0) };
         if diagonal.iter().any(|&value| value <= 0.0) {
             return Err(indefinite());
         }
-        let failed = |message: String| SolveError::Solver {
-            solver: "faer",
-            message,
-        };
-        let entries: Vec<_> = triplets
-            .iter()
-            .map(|&(row, column, value)| Triplet::new(row, column, value))
-            .collect();
-        let matrix = SparseColMat::try_new_from_triplets(size, size, &entries)
-            .map_err(|error| failed(error.to_string()))?;
-        let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower)
-            .map_err(|error| failed(error.to_string()))?;
+        let failed = |message: String| SolveError::Solver { solver: "faer", message };
+        let entries: Vec<_> = triplets.iter().map(|&(row, column, value)| Triplet::new(row, column, value)).collect();
+        let matrix =
+            SparseColMat::try_new_from_triplets(size, size, &entries).map_err(|error| failed(error.to_string()))?;
+        let symbolic =
+            SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).map_err(|error| failed(error.to_string()))?;
         match Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower) {
             Ok(factor) => Ok(Self { size, factor }),
             Err(LltError::Numeric(_)) => Err(indefinite()),
@@ -124,10 +108,8 @@ impl Factor {
             self.check_length(side)?;
         }
         right_hand_sides.par_chunks_mut(BLOCK).for_each(|block| {
-            let mut columns =
-                Mat::from_fn(self.size, block.len(), |row, column| block[column][row]);
-            self.factor
-                .solve_in_place_with_conj(Conj::No, columns.as_mut());
+            let mut columns = Mat::from_fn(self.size, block.len(), |row, column| block[column][row]);
+            self.factor.solve_in_place_with_conj(Conj::No, columns.as_mut());
             for (column, side) in block.iter_mut().enumerate() {
                 side.copy_from_slice(columns.col_as_slice(column));
             }
@@ -139,11 +121,7 @@ impl Factor {
         if side.len() == self.size {
             return Ok(());
         }
-        Err(SolveError::OutOfRange {
-            what: "right-hand side of length",
-            index: side.len(),
-            count: self.size,
-        })
+        Err(SolveError::OutOfRange { what: "right-hand side of length", index: side.len(), count: self.size })
     }
 }
 
@@ -159,9 +137,7 @@ mod tests {
             .map(|i| {
                 (0..size)
                     .map(|j| {
-                        let product: f64 = (0..size)
-                            .map(|k| entries[i * size + k] * entries[j * size + k])
-                            .sum();
+                        let product: f64 = (0..size).map(|k| entries[i * size + k] * entries[j * size + k]).sum();
                         product + f64::from(u8::from(i == j))
                     })
                     .collect()
@@ -171,10 +147,7 @@ mod tests {
 
     fn lower(matrix: &[Vec<f64>]) -> Vec<(usize, usize, f64)> {
         let size = matrix.len();
-        (0..size)
-            .flat_map(|i| (0..=i).map(move |j| (i, j)))
-            .map(|(i, j)| (i, j, matrix[i][j]))
-            .collect()
+        (0..size).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| (i, j, matrix[i][j])).collect()
     }
 
     /// Triplets of the five-point Laplacian of a `width` x `width` grid plus `shift` on the diagonal.
@@ -182,10 +155,7 @@ mod tests {
         let mut triplets = Vec::new();
         for i in 0..width * width {
             triplets.push((i, i, shift));
-            for (other, inside) in [
-                (i + 1, i % width + 1 < width),
-                (i + width, i + width < width * width),
-            ] {
+            for (other, inside) in [(i + 1, i % width + 1 < width), (i + width, i + width < width * width)] {
                 if inside {
                     triplets.extend([(i, i, 1.0), (other, other, 1.0), (other, i, -1.0)]);
                 }
@@ -217,15 +187,10 @@ mod tests {
     #[test]
     fn same_bytes_for_any_thread_count() {
         let factor = Factor::new(400, &grid_laplacian(20, 0.1)).unwrap();
-        let sides: Vec<Vec<f64>> = (0..37)
-            .map(|k| (0..400).map(|i| f64::from((i * k) % 17) - 8.0).collect())
-            .collect();
+        let sides: Vec<Vec<f64>> = (0..37).map(|k| (0..400).map(|i| f64::from((i * k) % 17) - 8.0).collect()).collect();
         let run = |threads| {
             let mut copy = sides.clone();
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| factor.solve_many(&mut copy)).unwrap();
             copy
         };
@@ -240,23 +205,11 @@ mod tests {
         );
         assert_eq!(
             Factor::new(3, &[(0, 0, 1.0), (2, 2, 1.0)]).unwrap_err(),
-            SolveError::NotPositiveDefinite {
-                size: 3,
-                row: Some(1)
-            }
+            SolveError::NotPositiveDefinite { size: 3, row: Some(1) }
         );
-        assert!(matches!(
-            Factor::new(1, &[(0, 0, f64::NAN)]),
-            Err(SolveError::BadNumber { index: 0, .. })
-        ));
-        assert!(matches!(
-            Factor::new(1, &[(1, 0, 1.0)]),
-            Err(SolveError::OutOfRange { index: 1, .. })
-        ));
-        assert!(matches!(
-            Factor::new(2, &[(0, 1, 1.0)]),
-            Err(SolveError::BadNumber { .. })
-        ));
+        assert!(matches!(Factor::new(1, &[(0, 0, f64::NAN)]), Err(SolveError::BadNumber { index: 0, .. })));
+        assert!(matches!(Factor::new(1, &[(1, 0, 1.0)]), Err(SolveError::OutOfRange { index: 1, .. })));
+        assert!(matches!(Factor::new(2, &[(0, 1, 1.0)]), Err(SolveError::BadNumber { .. })));
         let factor = Factor::new(1, &[(0, 0, 2.0)]).unwrap();
         assert!(factor.solve(&mut [1.0, 2.0]).is_err());
     }

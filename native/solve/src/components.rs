@@ -5,10 +5,7 @@
 ///
 /// # Panics
 /// When an edge names a vertex that is not below `count`.
-pub fn connected_components(
-    count: usize,
-    edges: impl IntoIterator<Item = (u32, u32)>,
-) -> Vec<Vec<u32>> {
+pub fn connected_components(count: usize, edges: impl IntoIterator<Item = (u32, u32)>) -> Vec<Vec<u32>> {
     let mut parent: Vec<u32> = (0..count as u32).collect();
     for (a, b) in edges {
         let (a, b) = (root(&mut parent, a), root(&mut parent, b));
@@ -45,10 +42,7 @@ mod tests {
     #[test]
     fn components_come_in_order() {
         let edges = [(4, 2), (0, 5), (2, 2), (5, 3)];
-        assert_eq!(
-            connected_components(7, edges),
-            [vec![0, 3, 5], vec![1], vec![2, 4], vec![6]]
-        );
+        assert_eq!(connected_components(7, edges), [vec![0, 3, 5], vec![1], vec![2, 4], vec![6]]);
         assert!(connected_components(0, []).is_empty());
     }
 }

@@ -40,39 +40,16 @@ pub fn smallest_eigenvector(
 ) -> Result<Eigenpair, SolveError> {
     let size = mass.len();
     if size == 0 {
-        return Err(SolveError::OutOfRange {
-            what: "eigenvector",
-            index: 0,
-            count: 0,
-        });
+        return Err(SolveError::OutOfRange { what: "eigenvector", index: 0, count: 0 });
     }
-    if let Some(index) = mass
-        .iter()
-        .position(|&value| !(value.is_finite() && value > 0.0))
-    {
-        return Err(SolveError::BadNumber {
-            what: "mass",
-            index,
-            expected: "finite and positive",
-        });
+    if let Some(index) = mass.iter().position(|&value| !(value.is_finite() && value > 0.0)) {
+        return Err(SolveError::BadNumber { what: "mass", index, expected: "finite and positive" });
     }
-    let trace: f64 = lower
-        .iter()
-        .filter(|entry| entry.0 == entry.1)
-        .map(|entry| entry.2)
-        .sum();
+    let trace: f64 = lower.iter().filter(|entry| entry.0 == entry.1).map(|entry| entry.2).sum();
     let total_mass: f64 = mass.iter().sum();
-    let shift = if trace > 0.0 {
-        SHIFT * trace / total_mass
-    } else {
-        1.0
-    };
+    let shift = if trace > 0.0 { SHIFT * trace / total_mass } else { 1.0 };
     let mut shifted = lower.to_vec();
-    shifted.extend(
-        mass.iter()
-            .enumerate()
-            .map(|(i, &value)| (i, i, shift * value)),
-    );
+    shifted.extend(mass.iter().enumerate().map(|(i, &value)| (i, i, shift * value)));
     let factor = Factor::new(size, &shifted)?;
 
     let mut vector: Vec<f64> = (0..size).map(scatter).collect();
@@ -93,23 +70,13 @@ pub fn smallest_eigenvector(
         }
     }
     let value: f64 = vector.iter().zip(&image).map(|(x, y)| x * y).sum();
-    let squared: f64 = (0..size)
-        .map(|i| mass[i] * (image[i] / mass[i] - value * vector[i]).powi(2))
-        .sum();
-    Ok(Eigenpair {
-        vector,
-        value,
-        residual: squared.sqrt(),
-    })
+    let squared: f64 = (0..size).map(|i| mass[i] * (image[i] / mass[i] - value * vector[i]).powi(2)).sum();
+    Ok(Eigenpair { vector, value, residual: squared.sqrt() })
 }
 
 /// Scales to xᵀ M x = 1.
 fn normalize(vector: &mut [f64], mass: &[f64]) {
-    let squared: f64 = vector
-        .iter()
-        .zip(mass)
-        .map(|(value, weight)| weight * value * value)
-        .sum();
+    let squared: f64 = vector.iter().zip(mass).map(|(value, weight)| weight * value * value).sum();
     let scale = squared.sqrt().recip();
     for value in vector {
         *value *= scale;
@@ -119,9 +86,7 @@ fn normalize(vector: &mut [f64], mass: &[f64]) {
 /// A fixed pseudo-random number in (-1, 1) for each index (the splitmix64 finaliser): no symmetric mesh makes the
 /// start vector orthogonal to the eigenvector, as constant or periodic ones would be.
 fn scatter(index: usize) -> f64 {
-    let mut bits = (index as u64)
-        .wrapping_add(1)
-        .wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mut bits = (index as u64).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     bits ^= bits >> 31;
@@ -141,11 +106,7 @@ mod tests {
         let mut lower: Vec<_> = (0..size).map(|i| (i, i, 2.0)).collect();
         lower.extend((1..size).map(|i| (i, i - 1, -1.0)));
         let pair = smallest_eigenvector(&lower, &vec![1.0; size], 30).unwrap();
-        assert!(
-            (pair.value - (2.0 - 2.0 * (PI / 31.0).cos())).abs() < 1e-12,
-            "{}",
-            pair.value
-        );
+        assert!((pair.value - (2.0 - 2.0 * (PI / 31.0).cos())).abs() < 1e-12, "{}", pair.value);
         assert!(pair.residual < 1e-9);
         let scale = (2.0 / 31.0_f64).sqrt() * pair.vector[0].signum();
         for (i, &value) in pair.vector.iter().enumerate() {
@@ -160,25 +121,14 @@ mod tests {
         lower.extend([(1, 0, -1.0), (2, 1, -1.0)]);
         let pair = smallest_eigenvector(&lower, &[1.0, 2.0, 5.0], 10).unwrap();
         assert!(pair.value.abs() < 1e-12);
-        assert!(
-            pair.vector
-                .iter()
-                .all(|&value| (value - pair.vector[0]).abs() < 1e-9)
-        );
-        let norm: f64 = [1.0, 2.0, 5.0]
-            .iter()
-            .zip(&pair.vector)
-            .map(|(m, x)| m * x * x)
-            .sum();
+        assert!(pair.vector.iter().all(|&value| (value - pair.vector[0]).abs() < 1e-9));
+        let norm: f64 = [1.0, 2.0, 5.0].iter().zip(&pair.vector).map(|(m, x)| m * x * x).sum();
         assert!((norm - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn bad_masses_are_named() {
-        assert!(matches!(
-            smallest_eigenvector(&[(0, 0, 1.0)], &[0.0], 5),
-            Err(SolveError::BadNumber { index: 0, .. })
-        ));
+        assert!(matches!(smallest_eigenvector(&[(0, 0, 1.0)], &[0.0], 5), Err(SolveError::BadNumber { index: 0, .. })));
         assert!(smallest_eigenvector(&[], &[], 5).is_err());
     }
 }

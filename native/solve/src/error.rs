@@ -38,9 +38,7 @@ pub enum SolveError {
         row: Option<usize>,
     },
     /// No assignment satisfies all rows and bounds of an integer programme.
-    #[error(
-        "the integer programme has no solution: some of its {rows} rows contradict each other or the bounds"
-    )]
+    #[error("the integer programme has no solution: some of its {rows} rows contradict each other or the bounds")]
     Infeasible {
         /// Number of rows.
         rows: usize,

@@ -1,8 +1,8 @@
 //! Integer programmes with convex separable costs, linear rows and parity rows.
 //!
-//! `HiGHS`, the solver behind this, has no mixed-integer quadratic programming. A convex cost f of an integer expression e
-//! is therefore written in unit steps: e is the sum of low and steps between 0 and 1, the k-th at cost f(low + k + 1) - f(low + k). These
-//! slopes never fall, so a minimum fills the steps in order and the steps need not be integer: the rewriting is exact.
+//! `HiGHS`, the solver behind this, has no mixed-integer quadratic programming. A convex cost f of an integer expression
+//! is therefore written in unit steps: the expression is `low` and a sum of steps between 0 and 1, step k (from 0) at
+//! cost f(low + k + 1) - f(low + k). These slopes never fall, so a minimum fills the steps in order and the steps need not be integer: the rewriting is exact.
 //! Steps of equal slope share a column, which makes an absolute value two columns. Only a window of values gets steps;
 //! beyond its ends the cost goes on with the slope of the next step, which is a lower bound. An optimum inside all
 //! windows is then the optimum; one outside widens the windows it leaves and the programme is solved again.
@@ -41,11 +41,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            max_nodes: 10_000,
-            time_limit: Duration::from_secs(30),
-            relative_gap: 1e-6,
-        }
+        Self { max_nodes: 10_000, time_limit: Duration::from_secs(30), relative_gap: 1e-6 }
     }
 }
 
@@ -112,15 +108,8 @@ pub struct Programme<'a> {
 
 impl std::fmt::Debug for Programme<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (variables, costs, rows) = (
-            self.bounds.len(),
-            self.costs.len(),
-            self.rows.len() + self.even.len(),
-        );
-        write!(
-            f,
-            "Programme {{ {variables} variables, {costs} costs, {rows} rows }}"
-        )
+        let (variables, costs, rows) = (self.bounds.len(), self.costs.len(), self.rows.len() + self.even.len());
+        write!(f, "Programme {{ {variables} variables, {costs} costs, {rows} rows }}")
     }
 }
 
@@ -139,17 +128,8 @@ impl<'a> Programme<'a> {
     /// Adds `cost`(value of the expression) to what is minimised. `cost` must be convex and finite on the values that
     /// the bounds allow. `window` is a guess of the values that matter: a few around the expected optimum. A bad guess
     /// costs time, not correctness.
-    pub fn convex_cost(
-        &mut self,
-        terms: &[Term],
-        cost: impl Fn(i64) -> f64 + 'a,
-        window: RangeInclusive<i64>,
-    ) {
-        self.costs.push(Cost {
-            terms: merge(terms),
-            function: Box::new(cost),
-            window,
-        });
+    pub fn convex_cost(&mut self, terms: &[Term], cost: impl Fn(i64) -> f64 + 'a, window: RangeInclusive<i64>) {
+        self.costs.push(Cost { terms: merge(terms), function: Box::new(cost), window });
     }
 
     /// Demands that the expression lies in `range`: `3..=3` for an equality, `2..` and `..=5` for inequalities.
@@ -164,11 +144,7 @@ impl<'a> Programme<'a> {
             Bound::Excluded(&value) => value.saturating_sub(1),
             Bound::Unbounded => i64::MAX,
         };
-        self.rows.push(Row {
-            terms: merge(terms),
-            lower,
-            upper,
-        });
+        self.rows.push(Row { terms: merge(terms), lower, upper });
     }
 
     /// Demands that the expression is an even number.
@@ -178,10 +154,7 @@ impl<'a> Programme<'a> {
 
     /// The cost of an assignment, by the cost functions themselves.
     pub fn cost(&self, values: &[i64]) -> f64 {
-        self.costs
-            .iter()
-            .map(|cost| (cost.function)(evaluate(&cost.terms, values)))
-            .sum()
+        self.costs.iter().map(|cost| (cost.function)(evaluate(&cost.terms, values))).sum()
     }
 
     /// True when an assignment has the right length and satisfies the bounds and all rows.
@@ -192,14 +165,8 @@ impl<'a> Programme<'a> {
                 .iter()
                 .zip(values)
                 .all(|(range, &v)| i64::from(*range.start()) <= v && v <= i64::from(*range.end()))
-            && self
-                .rows
-                .iter()
-                .all(|row| (row.lower..=row.upper).contains(&evaluate(&row.terms, values)))
-            && self
-                .even
-                .iter()
-                .all(|terms| evaluate(terms, values) % 2 == 0)
+            && self.rows.iter().all(|row| (row.lower..=row.upper).contains(&evaluate(&row.terms, values)))
+            && self.even.iter().all(|terms| evaluate(terms, values) % 2 == 0)
     }
 
     /// Minimises. The result is never worse than `start`, a feasible assignment to begin from; with one, a limit never
@@ -220,24 +187,13 @@ impl<'a> Programme<'a> {
     ) -> Result<Solution, SolveError> {
         self.check()?;
         if start.is_some_and(|values| !self.is_feasible(values)) {
-            return Err(SolveError::BadNumber {
-                what: "start",
-                index: 0,
-                expected: "feasible",
-            });
+            return Err(SolveError::BadNumber { what: "start", index: 0, expected: "feasible" });
         }
         let mut best: Option<Vec<i64>> = start.map(<[i64]>::to_vec);
-        let ranges: Vec<_> = self
-            .costs
-            .iter()
-            .map(|cost| self.range(&cost.terms))
-            .collect();
+        let ranges: Vec<_> = self.costs.iter().map(|cost| self.range(&cost.terms)).collect();
         let mut windows: Vec<(i64, i64)> = (self.costs.iter().zip(&ranges))
             .map(|(cost, &(low, high))| {
-                (
-                    *cost.window.start().clamp(&low, &high),
-                    *cost.window.end().clamp(&low, &high),
-                )
+                (*cost.window.start().clamp(&low, &high), *cost.window.end().clamp(&low, &high))
             })
             .map(|(low, high)| (low, high.max(low)))
             .collect();
@@ -246,22 +202,13 @@ impl<'a> Programme<'a> {
             let warm = best.as_ref().map(|values| model.columns_of(self, values));
             let found = run_highs(model.problem, warm, options, cancelled)?;
             if let Some(columns) = found.columns {
-                let values: Vec<i64> = columns[..self.bounds.len()]
-                    .iter()
-                    .map(|value| value.round() as i64)
-                    .collect();
+                let values: Vec<i64> = columns[..self.bounds.len()].iter().map(|value| value.round() as i64).collect();
                 if !self.is_feasible(&values) {
                     let message = "the solution it returned breaks a row when rounded".into();
-                    return Err(SolveError::Solver {
-                        solver: "HiGHS",
-                        message,
-                    });
+                    return Err(SolveError::Solver { solver: "HiGHS", message });
                 }
                 let outside = self.widen(&mut windows, &ranges, &values);
-                if best
-                    .as_ref()
-                    .is_none_or(|known| self.cost(&values) < self.cost(known))
-                {
+                if best.as_ref().is_none_or(|known| self.cost(&values) < self.cost(known)) {
                     best = Some(values);
                 }
                 if outside && found.stop == Stop::Optimal {
@@ -269,14 +216,10 @@ impl<'a> Programme<'a> {
                 }
             }
             return match best {
-                Some(values) => Ok(Solution {
-                    cost: self.cost(&values),
-                    values,
-                    stop: found.stop,
-                }),
-                None if found.stop == Stop::Optimal => Err(SolveError::Infeasible {
-                    rows: self.rows.len() + self.even.len(),
-                }),
+                Some(values) => Ok(Solution { cost: self.cost(&values), values, stop: found.stop }),
+                None if found.stop == Stop::Optimal => {
+                    Err(SolveError::Infeasible { rows: self.rows.len() + self.even.len() })
+                }
                 None => Err(SolveError::LimitWithoutSolution {
                     nodes: options.max_nodes,
                     seconds: options.time_limit.as_secs(),
@@ -288,37 +231,25 @@ impl<'a> Programme<'a> {
     /// Refuses empty bounds and foreign variables.
     fn check(&self) -> Result<(), SolveError> {
         if let Some(index) = self.bounds.iter().position(RangeInclusive::is_empty) {
-            return Err(SolveError::BadNumber {
-                what: "bounds",
-                index,
-                expected: "a range that is not empty",
-            });
+            return Err(SolveError::BadNumber { what: "bounds", index, expected: "a range that is not empty" });
         }
-        let lists = self
-            .costs
-            .iter()
-            .map(|cost| &cost.terms)
-            .chain(self.rows.iter().map(|row| &row.terms))
-            .chain(&self.even);
+        let lists =
+            self.costs.iter().map(|cost| &cost.terms).chain(self.rows.iter().map(|row| &row.terms)).chain(&self.even);
         match lists.flatten().find(|term| term.0.0 >= self.bounds.len()) {
-            Some(&(Variable(index), _)) => Err(SolveError::OutOfRange {
-                what: "variable",
-                index,
-                count: self.bounds.len(),
-            }),
+            Some(&(Variable(index), _)) => {
+                Err(SolveError::OutOfRange { what: "variable", index, count: self.bounds.len() })
+            }
             None => Ok(()),
         }
     }
 
     /// Smallest and greatest value that the bounds allow an expression.
     fn range(&self, terms: &[Term]) -> (i64, i64) {
-        terms
-            .iter()
-            .fold((0, 0), |(low, high), &(Variable(index), factor)| {
-                let ends = [*self.bounds[index].start(), *self.bounds[index].end()]
-                    .map(|end| i64::from(end) * i64::from(factor));
-                (low + ends[0].min(ends[1]), high + ends[0].max(ends[1]))
-            })
+        terms.iter().fold((0, 0), |(low, high), &(Variable(index), factor)| {
+            let ends =
+                [*self.bounds[index].start(), *self.bounds[index].end()].map(|end| i64::from(end) * i64::from(factor));
+            (low + ends[0].min(ends[1]), high + ends[0].max(ends[1]))
+        })
     }
 
     /// Extends each window that the assignment leaves to beyond the value it takes; true when there was one.
@@ -339,34 +270,18 @@ impl<'a> Programme<'a> {
     /// The mixed-integer linear programme for the given windows.
     fn model(&self, windows: &[(i64, i64)], ranges: &[(i64, i64)]) -> Result<Model, SolveError> {
         let mut problem = RowProblem::new();
-        let columns: Vec<Col> = self
-            .bounds
-            .iter()
-            .map(|range| problem.add_integer_column(0.0, range.clone()))
-            .collect();
-        let factors = |terms: &[Term]| {
-            terms
-                .iter()
-                .map(|&(v, factor)| (columns[v.0], f64::from(factor)))
-                .collect::<Vec<_>>()
-        };
+        let columns: Vec<Col> =
+            self.bounds.iter().map(|range| problem.add_integer_column(0.0, range.clone())).collect();
+        let factors =
+            |terms: &[Term]| terms.iter().map(|&(v, factor)| (columns[v.0], f64::from(factor))).collect::<Vec<_>>();
         for row in &self.rows {
-            let lower = if row.lower == i64::MIN {
-                f64::NEG_INFINITY
-            } else {
-                row.lower as f64
-            };
-            let upper = if row.upper == i64::MAX {
-                f64::INFINITY
-            } else {
-                row.upper as f64
-            };
+            let lower = if row.lower == i64::MIN { f64::NEG_INFINITY } else { row.lower as f64 };
+            let upper = if row.upper == i64::MAX { f64::INFINITY } else { row.upper as f64 };
             problem.add_row(lower..=upper, factors(&row.terms));
         }
         for terms in &self.even {
             let (low, high) = self.range(terms);
-            let half = problem
-                .add_integer_column(0.0, low.div_euclid(2) as f64..=(high as f64 / 2.0).ceil());
+            let half = problem.add_integer_column(0.0, low.div_euclid(2) as f64..=(high as f64 / 2.0).ceil());
             let mut row = factors(terms);
             row.push((half, -2.0));
             problem.add_row(0.0..=0.0, row);
@@ -376,13 +291,11 @@ impl<'a> Programme<'a> {
         let mut constant = 0.0;
         for (index, cost) in self.costs.iter().enumerate() {
             let ((low, high), (least, most)) = (windows[index], ranges[index]);
-            let slopes = slopes(&*cost.function, (low, high), (least, most)).ok_or(
-                SolveError::BadNumber {
-                    what: "cost",
-                    index,
-                    expected: "convex and finite",
-                },
-            )?;
+            let slopes = slopes(&*cost.function, (low, high), (least, most)).ok_or(SolveError::BadNumber {
+                what: "cost",
+                index,
+                expected: "convex and finite",
+            })?;
             constant += (cost.function)(low);
             let mut row = factors(&cost.terms);
             for &(slope, length) in &slopes.above {
@@ -410,12 +323,7 @@ impl Model {
     /// The values of all columns that an assignment implies, in the order [`Programme::model`] adds them.
     fn columns_of(&self, programme: &Programme<'_>, values: &[i64]) -> Vec<f64> {
         let mut columns: Vec<f64> = values.iter().map(|&value| value as f64).collect();
-        columns.extend(
-            programme
-                .even
-                .iter()
-                .map(|terms| (evaluate(terms, values) / 2) as f64),
-        );
+        columns.extend(programme.even.iter().map(|terms| (evaluate(terms, values) / 2) as f64));
         for (cost, (low, slopes)) in programme.costs.iter().zip(&self.steps) {
             let mut rest = evaluate(&cost.terms, values) - low;
             for &(_, length) in &slopes.above {
@@ -441,11 +349,7 @@ struct Slopes {
 }
 
 /// Slopes of `cost` for a window inside the range of possible values; `None` unless they are finite and never fall.
-fn slopes(
-    cost: &dyn Fn(i64) -> f64,
-    (low, high): (i64, i64),
-    (least, most): (i64, i64),
-) -> Option<Slopes> {
+fn slopes(cost: &dyn Fn(i64) -> f64, (low, high): (i64, i64), (least, most): (i64, i64)) -> Option<Slopes> {
     // Rounding in the cost function may bend a straight line down by this much of its size.
     const TOLERANCE: f64 = 1e-12;
     let mut above: Vec<(f64, i64)> = Vec::new();
@@ -455,9 +359,7 @@ fn slopes(
     for value in low..=high.min(most - 1) {
         let next = cost(value + 1);
         let slope = next - previous;
-        if !slope.is_finite()
-            || slope < last - TOLERANCE * (next.abs() + previous.abs() + last.abs())
-        {
+        if !slope.is_finite() || slope < last - TOLERANCE * (next.abs() + previous.abs() + last.abs()) {
             return None;
         }
         let units = if value == high { most - high } else { 1 };
@@ -467,8 +369,7 @@ fn slopes(
         }
         (previous, last) = (next, slope);
     }
-    (previous.is_finite() && below.is_none_or(|(slope, _)| slope.is_finite()))
-        .then_some(Slopes { above, below })
+    (previous.is_finite() && below.is_none_or(|(slope, _)| slope.is_finite())).then_some(Slopes { above, below })
 }
 
 /// What `HiGHS` ended with.
@@ -489,58 +390,38 @@ fn run_highs(
     let options = options.clone();
     let outcome = worker::run("HiGHS", cancelled, move || {
         let text = |what: &'static str| move |_| what.to_string();
-        let mut model = problem
-            .try_optimise(Sense::Minimise)
-            .map_err(|status| format!("it refused the model: {status:?}"))?;
+        let mut model =
+            problem.try_optimise(Sense::Minimise).map_err(|status| format!("it refused the model: {status:?}"))?;
         model.make_quiet();
         let refused = text("it refused an option");
         model.try_set_option("threads", 1).map_err(&refused)?;
         model.try_set_option("parallel", "off").map_err(&refused)?;
         model.try_set_option("random_seed", 1).map_err(&refused)?;
         // Restarts at the root, which no node limit counts, took up to 40% of the time and found nothing better.
+        model.try_set_option("mip_allow_restart", false).map_err(&refused)?;
+        model.try_set_option("mip_rel_gap", options.relative_gap).map_err(&refused)?;
         model
-            .try_set_option("mip_allow_restart", false)
+            .try_set_option("mip_max_nodes", i32::try_from(options.max_nodes).unwrap_or(i32::MAX))
             .map_err(&refused)?;
-        model
-            .try_set_option("mip_rel_gap", options.relative_gap)
-            .map_err(&refused)?;
-        model
-            .try_set_option(
-                "mip_max_nodes",
-                i32::try_from(options.max_nodes).unwrap_or(i32::MAX),
-            )
-            .map_err(&refused)?;
-        model
-            .try_set_option("time_limit", options.time_limit.as_secs_f64())
-            .map_err(&refused)?;
+        model.try_set_option("time_limit", options.time_limit.as_secs_f64()).map_err(&refused)?;
         if let Some(columns) = start {
             model
                 .try_set_solution(Some(&columns), None, None, None)
                 .map_err(|status| format!("it refused the start: {status:?}"))?;
         }
-        let solved = model
-            .try_solve()
-            .map_err(|status| format!("it gave up: {status:?}"))?;
+        let solved = model.try_solve().map_err(|status| format!("it gave up: {status:?}"))?;
         let feasible = solved.primal_solution_status() == HighsSolutionStatus::Feasible;
         let columns = feasible.then(|| solved.get_solution().columns().to_vec());
         Ok((solved.status(), columns))
     })?;
-    let failed = |message: String| SolveError::Solver {
-        solver: "HiGHS",
-        message,
-    };
+    let failed = |message: String| SolveError::Solver { solver: "HiGHS", message };
     let (status, columns) = outcome.map_err(failed)?;
     let stop = match status {
         HighsModelStatus::Optimal if columns.is_some() => Stop::Optimal,
         HighsModelStatus::Infeasible | HighsModelStatus::UnboundedOrInfeasible => {
-            return Ok(Found {
-                columns: None,
-                stop: Stop::Optimal,
-            });
+            return Ok(Found { columns: None, stop: Stop::Optimal });
         }
-        HighsModelStatus::ReachedSolutionLimit | HighsModelStatus::ReachedIterationLimit => {
-            Stop::Nodes
-        }
+        HighsModelStatus::ReachedSolutionLimit | HighsModelStatus::ReachedIterationLimit => Stop::Nodes,
         HighsModelStatus::ReachedTimeLimit => Stop::Time,
         other => return Err(failed(format!("it ended with status {other:?}"))),
     };
@@ -564,10 +445,7 @@ fn merge(terms: &[Term]) -> Vec<Term> {
 
 /// Value of an expression.
 fn evaluate(terms: &[Term], values: &[i64]) -> i64 {
-    terms
-        .iter()
-        .map(|&(variable, factor)| i64::from(factor) * values[variable.0])
-        .sum()
+    terms.iter().map(|&(variable, factor)| i64::from(factor) * values[variable.0]).sum()
 }
 
 #[cfg(test)]
@@ -584,8 +462,7 @@ mod tests {
 
     /// All assignments within 0..=3 for each of `count` variables.
     fn assignments(count: usize) -> impl Iterator<Item = Vec<i64>> {
-        (0..1usize << (2 * count))
-            .map(move |bits| (0..count).map(|i| (bits >> (2 * i) & 3) as i64).collect())
+        (0..1usize << (2 * count)).map(move |bits| (0..count).map(|i| (bits >> (2 * i) & 3) as i64).collect())
     }
 
     proptest! {
@@ -651,18 +528,12 @@ mod tests {
     fn a_node_limit_keeps_the_start_and_repeats() {
         let mut programme = Programme::new();
         let start = hard(&mut programme, 80);
-        let options = Options {
-            max_nodes: 20,
-            ..Options::default()
-        };
+        let options = Options { max_nodes: 20, ..Options::default() };
         let first = programme.solve(&options, Some(&start), &never).unwrap();
         assert_eq!(first.stop, Stop::Nodes);
         assert!(first.cost <= programme.cost(&start));
         for _ in 0..3 {
-            assert_eq!(
-                programme.solve(&options, Some(&start), &never).unwrap(),
-                first
-            );
+            assert_eq!(programme.solve(&options, Some(&start), &never).unwrap(), first);
         }
     }
 
@@ -670,38 +541,20 @@ mod tests {
     fn cancel_is_heard_while_highs_runs() {
         let mut programme = Programme::new();
         hard(&mut programme, 80);
-        let options = Options {
-            max_nodes: u32::MAX,
-            time_limit: Duration::from_secs(3),
-            ..Options::default()
-        };
+        let options = Options { max_nodes: u32::MAX, time_limit: Duration::from_secs(3), ..Options::default() };
         let begin = Instant::now();
         let cancel = Duration::from_millis(150);
         let result = programme.solve(&options, None, &|| begin.elapsed() > cancel);
         assert_eq!(result, Err(SolveError::Cancelled));
-        assert!(
-            begin.elapsed() < cancel + Duration::from_millis(200),
-            "{:?}",
-            begin.elapsed()
-        );
+        assert!(begin.elapsed() < cancel + Duration::from_millis(200), "{:?}", begin.elapsed());
     }
 
     #[test]
     fn a_time_limit_is_reported() {
         let mut programme = Programme::new();
         let start = hard(&mut programme, 80);
-        let options = Options {
-            max_nodes: u32::MAX,
-            time_limit: Duration::from_millis(300),
-            ..Options::default()
-        };
-        assert_eq!(
-            programme
-                .solve(&options, Some(&start), &never)
-                .unwrap()
-                .stop,
-            Stop::Time
-        );
+        let options = Options { max_nodes: u32::MAX, time_limit: Duration::from_millis(300), ..Options::default() };
+        assert_eq!(programme.solve(&options, Some(&start), &never).unwrap().stop, Stop::Time);
     }
 
     #[test]
@@ -709,54 +562,23 @@ mod tests {
         let mut concave = Programme::new();
         let v = concave.variable(0..=9);
         concave.convex_cost(&[(v, 1)], |x| -(x * x) as f64, 0..=4);
-        let error = |programme: &Programme<'_>| {
-            programme
-                .solve(&Options::default(), None, &never)
-                .unwrap_err()
-        };
-        assert!(matches!(
-            error(&concave),
-            SolveError::BadNumber {
-                what: "cost",
-                index: 0,
-                ..
-            }
-        ));
+        let error = |programme: &Programme<'_>| programme.solve(&Options::default(), None, &never).unwrap_err();
+        assert!(matches!(error(&concave), SolveError::BadNumber { what: "cost", index: 0, .. }));
 
         let mut foreign = Programme::new();
         foreign.row(&[(v, 1)], 0..);
-        assert!(matches!(
-            error(&foreign),
-            SolveError::OutOfRange {
-                what: "variable",
-                index: 0,
-                count: 0
-            }
-        ));
+        assert!(matches!(error(&foreign), SolveError::OutOfRange { what: "variable", index: 0, count: 0 }));
 
         let mut contradictory = Programme::new();
         let v = contradictory.variable(0..=9);
         contradictory.row(&[(v, 2)], 5..=5);
         assert_eq!(error(&contradictory), SolveError::Infeasible { rows: 1 });
-        assert!(
-            contradictory
-                .solve(&Options::default(), Some(&[3]), &never)
-                .is_err()
-        );
+        assert!(contradictory.solve(&Options::default(), Some(&[3]), &never).is_err());
     }
 
     #[test]
     fn a_programme_without_variables_has_one_solution() {
-        let solution = Programme::new()
-            .solve(&Options::default(), None, &never)
-            .unwrap();
-        assert_eq!(
-            solution,
-            Solution {
-                values: vec![],
-                cost: 0.0,
-                stop: Stop::Optimal
-            }
-        );
+        let solution = Programme::new().solve(&Options::default(), None, &never).unwrap();
+        assert_eq!(solution, Solution { values: vec![], cost: 0.0, stop: Stop::Optimal });
     }
 }

@@ -31,11 +31,7 @@ pub fn maximum_matching(
     for (index, &(a, b, _)) in edges.iter().enumerate() {
         let largest = a.max(b) as usize;
         if largest >= count {
-            return Err(SolveError::OutOfRange {
-                what: "vertex",
-                index: largest,
-                count,
-            });
+            return Err(SolveError::OutOfRange { what: "vertex", index: largest, count });
         }
         if a == b {
             return Err(SolveError::BadNumber {
@@ -48,16 +44,9 @@ pub fn maximum_matching(
     let components = split(count, edges);
     for component in &components {
         let limit = i64::from(weight_spread_limit(component.vertices.len()));
-        let smallest = component
-            .edges
-            .iter()
-            .map(|&index| edges[index].2)
-            .min()
-            .unwrap_or(0);
-        if let Some(&index) = component
-            .edges
-            .iter()
-            .find(|&&index| i64::from(edges[index].2) - i64::from(smallest) > limit)
+        let smallest = component.edges.iter().map(|&index| edges[index].2).min().unwrap_or(0);
+        if let Some(&index) =
+            component.edges.iter().find(|&&index| i64::from(edges[index].2) - i64::from(smallest) > limit)
         {
             return Err(SolveError::BadNumber {
                 what: "weight",
@@ -66,22 +55,15 @@ pub fn maximum_matching(
             });
         }
     }
-    let jobs: Vec<_> = components
-        .iter()
-        .filter(|component| !component.edges.is_empty())
-        .map(|c| c.local_edges(edges))
-        .collect();
+    let jobs: Vec<_> =
+        components.iter().filter(|component| !component.edges.is_empty()).map(|c| c.local_edges(edges)).collect();
     if jobs.is_empty() {
         return Ok(vec![None; count]);
     }
     // All components in one job: a thread each would cost more than most of them.
-    let solved = worker::run("matching", cancelled, || {
-        jobs.into_iter().map(solve_component).collect::<Vec<_>>()
-    })?;
+    let solved = worker::run("matching", cancelled, || jobs.into_iter().map(solve_component).collect::<Vec<_>>())?;
     let mut partners = vec![None; count];
-    let with_edges = components
-        .iter()
-        .filter(|component| !component.edges.is_empty());
+    let with_edges = components.iter().filter(|component| !component.edges.is_empty());
     for (component, mates) in with_edges.zip(solved) {
         for (&vertex, mate) in component.vertices.iter().zip(mates) {
             partners[vertex as usize] = mate.map(|local| component.vertices[local]);
@@ -100,9 +82,7 @@ pub fn perfect_matching(
     cancelled: CancelCheck<'_>,
 ) -> Result<Vec<u32>, SolveError> {
     let partners = maximum_matching(count, edges, cancelled)?;
-    let vertices: Vec<u32> = (0..count as u32)
-        .filter(|&vertex| partners[vertex as usize].is_none())
-        .collect();
+    let vertices: Vec<u32> = (0..count as u32).filter(|&vertex| partners[vertex as usize].is_none()).collect();
     if vertices.is_empty() {
         Ok(partners.into_iter().flatten().collect())
     } else {
@@ -121,12 +101,7 @@ impl Component {
     /// maximum cardinality loses the same by that move.
     fn local_edges(&self, edges: &[(u32, u32, i32)]) -> Vec<(usize, usize, i32)> {
         let local = |vertex: u32| self.vertices.partition_point(|&other| other < vertex);
-        let smallest = self
-            .edges
-            .iter()
-            .map(|&index| edges[index].2)
-            .min()
-            .unwrap_or(0);
+        let smallest = self.edges.iter().map(|&index| edges[index].2).min().unwrap_or(0);
         let mut list: Vec<_> = self
             .edges
             .iter()
@@ -148,13 +123,8 @@ fn split(count: usize, edges: &[(u32, u32, i32)]) -> Vec<Component> {
             component_of[vertex as usize] = index;
         }
     }
-    let mut components: Vec<Component> = vertices
-        .into_iter()
-        .map(|vertices| Component {
-            vertices,
-            edges: Vec::new(),
-        })
-        .collect();
+    let mut components: Vec<Component> =
+        vertices.into_iter().map(|vertices| Component { vertices, edges: Vec::new() }).collect();
     for (index, &(a, _, _)) in edges.iter().enumerate() {
         components[component_of[a as usize]].edges.push(index);
     }
@@ -164,10 +134,7 @@ fn split(count: usize, edges: &[(u32, u32, i32)]) -> Vec<Component> {
 /// Partner of each local vertex.
 fn solve_component(edges: Vec<(usize, usize, i32)>) -> Vec<Option<usize>> {
     let mates = Matching::new(edges).max_cardinality().solve();
-    mates
-        .into_iter()
-        .map(|mate| (mate != SENTINEL).then_some(mate))
-        .collect()
+    mates.into_iter().map(|mate| (mate != SENTINEL).then_some(mate)).collect()
 }
 
 #[cfg(test)]
@@ -189,8 +156,7 @@ mod tests {
         for &(a, b, weight) in edges {
             let (low, high) = (a.min(b), a.max(b));
             if low == vertex && used & (1 << low | 1 << high) == 0 {
-                let (size, total) =
-                    brute_force(count, edges, vertex + 1, used | 1 << low | 1 << high);
+                let (size, total) = brute_force(count, edges, vertex + 1, used | 1 << low | 1 << high);
                 best = best.max((size + 1, total + i64::from(weight)));
             }
         }
@@ -228,46 +194,23 @@ mod tests {
         // A long path whose end weights force the dual variables far apart.
         let count = 400;
         let limit = weight_spread_limit(count);
-        let mut edges: Vec<_> = (1..count as u32)
-            .map(|v| (v - 1, v, if v % 2 == 0 { limit } else { 0 }))
-            .collect();
+        let mut edges: Vec<_> = (1..count as u32).map(|v| (v - 1, v, if v % 2 == 0 { limit } else { 0 })).collect();
         edges.extend((0..count as u32 - 3).map(|v| (v, v + 3, (v as i32 * 7919) % limit)));
         let partners = perfect_matching(count, &edges, &never).unwrap();
-        assert!(
-            partners
-                .iter()
-                .enumerate()
-                .all(|(v, &p)| partners[p as usize] as usize == v)
-        );
+        assert!(partners.iter().enumerate().all(|(v, &p)| partners[p as usize] as usize == v));
         edges.push((0, 5, limit + 1));
-        assert!(matches!(
-            perfect_matching(count, &edges, &never),
-            Err(SolveError::BadNumber { .. })
-        ));
+        assert!(matches!(perfect_matching(count, &edges, &never), Err(SolveError::BadNumber { .. })));
     }
 
     #[test]
     fn bad_edges_are_named() {
         assert_eq!(
             maximum_matching(2, &[(0, 2, 1)], &never),
-            Err(SolveError::OutOfRange {
-                what: "vertex",
-                index: 2,
-                count: 2
-            })
+            Err(SolveError::OutOfRange { what: "vertex", index: 2, count: 2 })
         );
-        assert!(matches!(
-            maximum_matching(2, &[(1, 1, 1)], &never),
-            Err(SolveError::BadNumber { index: 0, .. })
-        ));
-        assert_eq!(
-            maximum_matching(2, &[(0, 1, 1)], &|| true),
-            Err(SolveError::Cancelled)
-        );
-        assert_eq!(
-            perfect_matching(3, &[(0, 2, 1)], &never),
-            Err(SolveError::Unmatched { vertices: vec![1] })
-        );
+        assert!(matches!(maximum_matching(2, &[(1, 1, 1)], &never), Err(SolveError::BadNumber { index: 0, .. })));
+        assert_eq!(maximum_matching(2, &[(0, 1, 1)], &|| true), Err(SolveError::Cancelled));
+        assert_eq!(perfect_matching(3, &[(0, 2, 1)], &never), Err(SolveError::Unmatched { vertices: vec![1] }));
         assert_eq!(perfect_matching(0, &[], &never), Ok(vec![]));
     }
 
@@ -288,10 +231,6 @@ mod tests {
         }
         let start = std::time::Instant::now();
         let partners = maximum_matching(count, &edges, &never).unwrap();
-        println!(
-            "{count} vertices: {:?}, {} single",
-            start.elapsed(),
-            partners.iter().filter(|p| p.is_none()).count()
-        );
+        println!("{count} vertices: {:?}, {} single", start.elapsed(), partners.iter().filter(|p| p.is_none()).count());
     }
 }

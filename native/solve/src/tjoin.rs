@@ -30,32 +30,17 @@ pub fn t_join(
     let mut is_terminal = vec![false; count];
     for (index, &terminal) in terminals.iter().enumerate() {
         let Some(mark) = is_terminal.get_mut(terminal as usize) else {
-            return Err(SolveError::OutOfRange {
-                what: "terminal",
-                index: terminal as usize,
-                count,
-            });
+            return Err(SolveError::OutOfRange { what: "terminal", index: terminal as usize, count });
         };
         if std::mem::replace(mark, true) {
-            return Err(SolveError::BadNumber {
-                what: "terminal",
-                index,
-                expected: "listed once",
-            });
+            return Err(SolveError::BadNumber { what: "terminal", index, expected: "listed once" });
         }
     }
     let mut odd = vec![false; edges.len()];
     for vertices in connected_components(count, edges.iter().map(|&(a, b, _)| (a, b))) {
-        let terminals: Vec<u32> = vertices
-            .iter()
-            .copied()
-            .filter(|&vertex| is_terminal[vertex as usize])
-            .collect();
+        let terminals: Vec<u32> = vertices.iter().copied().filter(|&vertex| is_terminal[vertex as usize]).collect();
         if terminals.len() % 2 == 1 {
-            return Err(SolveError::OddComponent {
-                vertices,
-                terminals,
-            });
+            return Err(SolveError::OddComponent { vertices, terminals });
         }
         for (from, to) in pair(&graph, &terminals, cancelled)? {
             let (_, arrival) = graph.shortest_paths(from);
@@ -72,11 +57,7 @@ pub fn t_join(
 }
 
 /// Pairs the terminals of one component at least total distance.
-fn pair(
-    graph: &Graph<'_>,
-    terminals: &[u32],
-    cancelled: CancelCheck<'_>,
-) -> Result<Vec<(u32, u32)>, SolveError> {
+fn pair(graph: &Graph<'_>, terminals: &[u32], cancelled: CancelCheck<'_>) -> Result<Vec<(u32, u32)>, SolveError> {
     if let &[a, b] = terminals {
         return Ok(vec![(a, b)]);
     }
@@ -86,28 +67,15 @@ fn pair(
             return Err(SolveError::Cancelled);
         }
         let (distance, _) = graph.shortest_paths(from);
-        distances.extend(
-            (i + 1..terminals.len()).map(|j| (i as u32, j as u32, distance[terminals[j] as usize])),
-        );
+        distances.extend((i + 1..terminals.len()).map(|j| (i as u32, j as u32, distance[terminals[j] as usize])));
     }
     let farthest = distances.iter().map(|entry| entry.2).fold(0.0, f64::max);
-    let scale = if farthest > 0.0 {
-        f64::from(weight_spread_limit(terminals.len())) / farthest
-    } else {
-        0.0
-    };
-    let weighted: Vec<_> = distances
-        .iter()
-        .map(|&(i, j, distance)| (i, j, -(distance * scale).round() as i32))
-        .collect();
+    let scale = if farthest > 0.0 { f64::from(weight_spread_limit(terminals.len())) / farthest } else { 0.0 };
+    let weighted: Vec<_> =
+        distances.iter().map(|&(i, j, distance)| (i, j, -(distance * scale).round() as i32)).collect();
     let partners = perfect_matching(terminals.len(), &weighted, cancelled)?;
-    let pairs = partners
-        .iter()
-        .enumerate()
-        .filter(|&(i, &j)| i < j as usize);
-    Ok(pairs
-        .map(|(i, &j)| (terminals[i], terminals[j as usize]))
-        .collect())
+    let pairs = partners.iter().enumerate().filter(|&(i, &j)| i < j as usize);
+    Ok(pairs.map(|(i, &j)| (terminals[i], terminals[j as usize])).collect())
 }
 
 /// A graph with the edges around each vertex.
@@ -122,18 +90,10 @@ impl<'a> Graph<'a> {
         for (index, &(a, b, weight)) in edges.iter().enumerate() {
             let largest = a.max(b) as usize;
             if largest >= count {
-                return Err(SolveError::OutOfRange {
-                    what: "vertex",
-                    index: largest,
-                    count,
-                });
+                return Err(SolveError::OutOfRange { what: "vertex", index: largest, count });
             }
             if !(weight.is_finite() && weight >= 0.0) {
-                return Err(SolveError::BadNumber {
-                    what: "edge weight",
-                    index,
-                    expected: "finite and not negative",
-                });
+                return Err(SolveError::BadNumber { what: "edge weight", index, expected: "finite and not negative" });
             }
             if a != b {
                 incident[a as usize].push(index);
@@ -220,28 +180,13 @@ mod tests {
 
     #[test]
     fn bad_input_is_named() {
-        assert!(matches!(
-            t_join(2, &[(0, 1, -1.0)], &[], &never),
-            Err(SolveError::BadNumber { index: 0, .. })
-        ));
-        assert!(matches!(
-            t_join(2, &[(0, 1, f64::NAN)], &[], &never),
-            Err(SolveError::BadNumber { .. })
-        ));
-        assert!(matches!(
-            t_join(2, &[(0, 1, 1.0)], &[0, 0], &never),
-            Err(SolveError::BadNumber { index: 1, .. })
-        ));
-        assert!(matches!(
-            t_join(2, &[(0, 1, 1.0)], &[7], &never),
-            Err(SolveError::OutOfRange { index: 7, .. })
-        ));
+        assert!(matches!(t_join(2, &[(0, 1, -1.0)], &[], &never), Err(SolveError::BadNumber { index: 0, .. })));
+        assert!(matches!(t_join(2, &[(0, 1, f64::NAN)], &[], &never), Err(SolveError::BadNumber { .. })));
+        assert!(matches!(t_join(2, &[(0, 1, 1.0)], &[0, 0], &never), Err(SolveError::BadNumber { index: 1, .. })));
+        assert!(matches!(t_join(2, &[(0, 1, 1.0)], &[7], &never), Err(SolveError::OutOfRange { index: 7, .. })));
         assert_eq!(
             t_join(3, &[(0, 1, 1.0)], &[2], &never),
-            Err(SolveError::OddComponent {
-                vertices: vec![2],
-                terminals: vec![2]
-            })
+            Err(SolveError::OddComponent { vertices: vec![2], terminals: vec![2] })
         );
     }
 }

@@ -64,9 +64,7 @@ mod tests {
     #[test]
     fn a_panic_is_an_error() {
         let error = run("test", &|| false, || assert_eq!(1, 2, "arithmetic")).unwrap_err();
-        assert!(
-            matches!(error, SolveError::Solver { message, .. } if message.contains("arithmetic"))
-        );
+        assert!(matches!(error, SolveError::Solver { message, .. } if message.contains("arithmetic")));
     }
 
     #[test]
@@ -74,7 +72,7 @@ mod tests {
         let start = Instant::now();
         let cancelled = || start.elapsed() > Duration::from_millis(60);
         let result = run("test", &cancelled, || {
-            std::thread::sleep(Duration::from_secs(5))
+            std::thread::sleep(Duration::from_secs(5));
         });
         assert_eq!(result, Err(SolveError::Cancelled));
         assert!(start.elapsed() < Duration::from_secs(1));

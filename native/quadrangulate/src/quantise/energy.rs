@@ -44,25 +44,13 @@ impl Penalty {
     /// The cost when the sum has a given value.
     pub fn cost(&self, value: i64) -> f64 {
         let deviation = value as f64 - self.target;
-        let counted = if self.part == Part::Pattern {
-            deviation.max(0.0)
-        } else {
-            deviation
-        };
-        self.weight
-            * if self.norm == Norm::Squared {
-                counted * counted
-            } else {
-                counted.abs()
-            }
+        let counted = if self.part == Part::Pattern { deviation.max(0.0) } else { deviation };
+        self.weight * if self.norm == Norm::Squared { counted * counted } else { counted.abs() }
     }
 
     /// The sum for given counts.
     pub fn value(&self, counts: &[u32]) -> i64 {
-        self.terms
-            .iter()
-            .map(|&(sub_side, factor)| i64::from(factor) * i64::from(counts[sub_side as usize]))
-            .sum()
+        self.terms.iter().map(|&(sub_side, factor)| i64::from(factor) * i64::from(counts[sub_side as usize])).sum()
     }
 }
 
@@ -76,66 +64,29 @@ pub(super) struct Penalties {
 
 impl Penalties {
     pub fn new(layout: &Layout, options: &Options) -> Self {
-        let penalty = |part, weight, terms, target| Penalty {
-            part,
-            weight,
-            terms,
-            target,
-            norm: options.norm,
-        };
-        let free = (0..)
-            .zip(&layout.sub_sides)
-            .filter(|(_, sub_side)| sub_side.fixed.is_none());
+        let penalty = |part, weight, terms, target| Penalty { part, weight, terms, target, norm: options.norm };
+        let free = (0..).zip(&layout.sub_sides).filter(|(_, sub_side)| sub_side.fixed.is_none());
         let mut all: Vec<Penalty> = free
-            .map(|(index, sub_side)| {
-                penalty(
-                    Part::Isometry,
-                    options.alpha,
-                    vec![(index, 1)],
-                    sub_side.ideal,
-                )
-            })
+            .map(|(index, sub_side)| penalty(Part::Isometry, options.alpha, vec![(index, 1)], sub_side.ideal))
             .collect();
         let regularity = 1.0 - options.alpha;
         for patch in &layout.patches {
             let sides = patch.sides.len();
             // The factor of each side, counted from side `first` on.
             let combine = |first: usize, factors: &[i32]| -> Vec<(u32, i32)> {
-                let signed = factors
-                    .iter()
-                    .enumerate()
-                    .map(|(k, &factor)| (&patch.sides[(first + k) % sides], factor));
-                signed
-                    .flat_map(|(side, factor)| side.iter().map(move |&sub_side| (sub_side, factor)))
-                    .collect()
+                let signed = factors.iter().enumerate().map(|(k, &factor)| (&patch.sides[(first + k) % sides], factor));
+                signed.flat_map(|(side, factor)| side.iter().map(move |&sub_side| (sub_side, factor))).collect()
             };
             match sides {
                 // A three-sided patch needs one irregular vertex exactly when the triangle inequality is strict:
                 // l0 <= l1 + l2 - 2, since the perimeter is even.
                 3 => all.extend((0..3).map(|i| {
-                    penalty(
-                        Part::Pattern,
-                        options.pattern_weight * regularity,
-                        combine(i, &[1, -1, -1]),
-                        -2.0,
-                    )
+                    penalty(Part::Pattern, options.pattern_weight * regularity, combine(i, &[1, -1, -1]), -2.0)
                 })),
-                4 => all.extend((0..2).map(|i| {
-                    penalty(
-                        Part::Regularity,
-                        regularity,
-                        combine(i, &[1, 0, -1, 0]),
-                        0.0,
-                    )
-                })),
+                4 => all.extend((0..2).map(|i| penalty(Part::Regularity, regularity, combine(i, &[1, 0, -1, 0]), 0.0))),
                 // A five-sided one when l0 + l1 - l2 - l3 + l4 >= 2 for all rotations.
                 5 => all.extend((0..5).map(|i| {
-                    penalty(
-                        Part::Pattern,
-                        options.pattern_weight * regularity,
-                        combine(i, &[-1, -1, 1, 1, -1]),
-                        -2.0,
-                    )
+                    penalty(Part::Pattern, options.pattern_weight * regularity, combine(i, &[-1, -1, 1, 1, -1]), -2.0)
                 })),
                 _ => {}
             }
@@ -174,12 +125,8 @@ impl Penalties {
     pub fn rise(&self, counts: &[u32], sub_side: u32, step: i64) -> f64 {
         let changes = self.of_sub_side[sub_side as usize].iter().map(|&index| {
             let penalty = &self.all[index];
-            let factor: i64 = penalty
-                .terms
-                .iter()
-                .filter(|term| term.0 == sub_side)
-                .map(|term| i64::from(term.1))
-                .sum();
+            let factor: i64 =
+                penalty.terms.iter().filter(|term| term.0 == sub_side).map(|term| i64::from(term.1)).sum();
             let value = penalty.value(counts);
             penalty.cost(value + factor * step) - penalty.cost(value)
         });

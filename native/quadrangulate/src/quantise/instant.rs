@@ -24,10 +24,8 @@ pub(super) fn counts(
     cancelled: CancelCheck<'_>,
 ) -> Result<Vec<u32>, QuantiseError> {
     let users = users(layout);
-    let mut counts: Vec<u32> = relax(layout, penalties)?
-        .iter()
-        .map(|value| value.round().clamp(1.0, f64::from(MOST)) as u32)
-        .collect();
+    let mut counts: Vec<u32> =
+        relax(layout, penalties)?.iter().map(|value| value.round().clamp(1.0, f64::from(MOST)) as u32).collect();
     repair_parity(layout, penalties, &users, &mut counts, cancelled)?;
     lengthen_short_patches(layout, penalties, &mut counts)?;
     descend(layout, penalties, &users, &mut counts, cancelled)?;
@@ -36,25 +34,15 @@ pub(super) fn counts(
 
 /// Real-valued counts that minimise isometry and regularity in the least-squares sense; fixed ones at their value.
 pub(super) fn relax(layout: &Layout, penalties: &Penalties) -> Result<Vec<f64>, SolveError> {
-    let mut values: Vec<f64> = layout
-        .sub_sides
-        .iter()
-        .map(|sub_side| sub_side.fixed.map_or(0.0, f64::from))
-        .collect();
-    let free: Vec<usize> = (0..values.len())
-        .filter(|&index| layout.sub_sides[index].fixed.is_none())
-        .collect();
+    let mut values: Vec<f64> = layout.sub_sides.iter().map(|sub_side| sub_side.fixed.map_or(0.0, f64::from)).collect();
+    let free: Vec<usize> = (0..values.len()).filter(|&index| layout.sub_sides[index].fixed.is_none()).collect();
     let mut unknown = vec![None; values.len()];
     for (position, &index) in free.iter().enumerate() {
         unknown[index] = Some(position);
     }
     let mut triplets = Vec::new();
     let mut right = vec![0.0; free.len()];
-    for penalty in penalties
-        .all
-        .iter()
-        .filter(|penalty| penalty.part != Part::Pattern)
-    {
+    for penalty in penalties.all.iter().filter(|penalty| penalty.part != Part::Pattern) {
         // The free sub-sides in this penalty, and what is left for them of the target.
         let mut known = 0.0;
         let mut row: Vec<(usize, f64)> = Vec::new();
@@ -66,11 +54,7 @@ pub(super) fn relax(layout: &Layout, penalties: &Penalties) -> Result<Vec<f64>, 
         }
         for &(i, a) in &row {
             right[i] += penalty.weight * a * (penalty.target - known);
-            triplets.extend(
-                row.iter()
-                    .filter(|&&(j, _)| j <= i)
-                    .map(|&(j, b)| (i, j, penalty.weight * a * b)),
-            );
+            triplets.extend(row.iter().filter(|&&(j, _)| j <= i).map(|&(j, b)| (i, j, penalty.weight * a * b)));
         }
     }
     Factor::new(free.len(), &triplets)?.solve(&mut right)?;
@@ -99,27 +83,13 @@ fn repair_parity(
         };
         if layout.sub_sides[sub_side as usize].fixed.is_none() {
             // A step may even lower the energy; a T-join wants weights that are not negative.
-            edges.push((
-                ends.0,
-                ends.1,
-                cheapest_step(penalties, counts, sub_side).1.max(0.0),
-            ));
+            edges.push((ends.0, ends.1, cheapest_step(penalties, counts, sub_side).1.max(0.0)));
             sub_side_of_edge.push(sub_side);
         }
     }
-    let mut terminals: Vec<u32> = (0..outside)
-        .filter(|&patch| perimeter(layout, counts, patch) % 2 == 1)
-        .collect();
-    for component in
-        connected_components(outside as usize + 1, edges.iter().map(|&(a, b, _)| (a, b)))
-    {
-        if component
-            .iter()
-            .filter(|vertex| terminals.binary_search(vertex).is_ok())
-            .count()
-            % 2
-            == 1
-        {
+    let mut terminals: Vec<u32> = (0..outside).filter(|&patch| perimeter(layout, counts, patch) % 2 == 1).collect();
+    for component in connected_components(outside as usize + 1, edges.iter().map(|&(a, b, _)| (a, b))) {
+        if component.iter().filter(|vertex| terminals.binary_search(vertex).is_ok()).count() % 2 == 1 {
             if component.last() != Some(&outside) {
                 return Err(QuantiseError::OddComponent { patches: component });
             }
@@ -137,20 +107,12 @@ fn repair_parity(
 /// The step of one, up or down, that raises the energy least, and by how much.
 fn cheapest_step(penalties: &Penalties, counts: &[u32], sub_side: u32) -> (i64, f64) {
     let up = penalties.rise(counts, sub_side, 1);
-    let down = if counts[sub_side as usize] > 1 {
-        penalties.rise(counts, sub_side, -1)
-    } else {
-        f64::INFINITY
-    };
+    let down = if counts[sub_side as usize] > 1 { penalties.rise(counts, sub_side, -1) } else { f64::INFINITY };
     if down < up { (-1, down) } else { (1, up) }
 }
 
 /// Adds two to the cheapest free sub-side of every patch with two border edges.
-fn lengthen_short_patches(
-    layout: &Layout,
-    penalties: &Penalties,
-    counts: &mut [u32],
-) -> Result<(), QuantiseError> {
+fn lengthen_short_patches(layout: &Layout, penalties: &Penalties, counts: &mut [u32]) -> Result<(), QuantiseError> {
     for (patch, given) in (0..).zip(&layout.patches) {
         let perimeter = perimeter(layout, counts, patch);
         if perimeter >= 4 {
@@ -162,19 +124,8 @@ fn lengthen_short_patches(
             .flatten()
             .copied()
             .filter(|&sub_side| layout.sub_sides[sub_side as usize].fixed.is_none());
-        let cheapest = free.min_by(|&a, &b| {
-            penalties
-                .rise(counts, a, 2)
-                .total_cmp(&penalties.rise(counts, b, 2))
-        });
-        change(
-            counts,
-            cheapest.ok_or(QuantiseError::TooShort {
-                patch,
-                perimeter: perimeter as u32,
-            })?,
-            2,
-        );
+        let cheapest = free.min_by(|&a, &b| penalties.rise(counts, a, 2).total_cmp(&penalties.rise(counts, b, 2)));
+        change(counts, cheapest.ok_or(QuantiseError::TooShort { patch, perimeter: perimeter as u32 })?, 2);
     }
     Ok(())
 }
@@ -205,12 +156,9 @@ fn descend(
                 let allowed = |counts: &[u32]| {
                     let next = i64::from(counts[sub_side as usize]) + step;
                     // Both uses by one patch change its perimeter.
-                    let change =
-                        |patch| uses.iter().filter(|&&user| user == patch).count() as i64 * step;
+                    let change = |patch| uses.iter().filter(|&&user| user == patch).count() as i64 * step;
                     (1..=i64::from(MOST)).contains(&next)
-                        && uses.iter().all(|&patch| {
-                            perimeter(layout, counts, patch) as i64 + change(patch) >= 4
-                        })
+                        && uses.iter().all(|&patch| perimeter(layout, counts, patch) as i64 + change(patch) >= 4)
                 };
                 while allowed(counts) && penalties.rise(counts, sub_side, step) < -LEAST_GAIN {
                     change(counts, sub_side, step);
@@ -231,10 +179,5 @@ fn change(counts: &mut [u32], sub_side: u32, step: i64) {
 
 /// Sum of the counts around a patch.
 fn perimeter(layout: &Layout, counts: &[u32], patch: u32) -> u64 {
-    layout.patches[patch as usize]
-        .sides
-        .iter()
-        .flatten()
-        .map(|&sub_side| u64::from(counts[sub_side as usize]))
-        .sum()
+    layout.patches[patch as usize].sides.iter().flatten().map(|&sub_side| u64::from(counts[sub_side as usize])).sum()
 }

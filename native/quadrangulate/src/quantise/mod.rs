@@ -120,9 +120,7 @@ pub enum QuantiseError {
         patches: Vec<u32>,
     },
     /// All sub-sides of a patch are fixed and have fewer than four edges together.
-    #[error(
-        "patch {patch} has {perimeter} border edges, all of them fixed: a quadrangulation needs 4"
-    )]
+    #[error("patch {patch} has {perimeter} border edges, all of them fixed: a quadrangulation needs 4")]
     TooShort {
         /// The patch.
         patch: u32,
@@ -180,11 +178,7 @@ pub enum QuantiseError {
 ///
 /// # Errors
 /// Every variant of [`QuantiseError`]; cancelled within 50 ms of `cancelled` returning true.
-pub fn quantise(
-    layout: &Layout,
-    options: &Options,
-    cancelled: CancelCheck<'_>,
-) -> Result<Quantisation, QuantiseError> {
+pub fn quantise(layout: &Layout, options: &Options, cancelled: CancelCheck<'_>) -> Result<Quantisation, QuantiseError> {
     let mut start = quantise_instantly(layout, options, cancelled)?;
     let penalties = Penalties::new(layout, options);
     start.optimal = programme::improve(layout, &penalties, options, &mut start.counts, cancelled)?;
@@ -206,30 +200,17 @@ pub fn quantise_instantly(
     check(layout, options)?;
     let penalties = Penalties::new(layout, options);
     let counts = instant::counts(layout, &penalties, cancelled)?;
-    let optimal = layout
-        .sub_sides
-        .iter()
-        .all(|sub_side| sub_side.fixed.is_some());
-    Ok(Quantisation {
-        energy: penalties.energy(&counts),
-        counts,
-        optimal,
-    })
+    let optimal = layout.sub_sides.iter().all(|sub_side| sub_side.fixed.is_some());
+    Ok(Quantisation { energy: penalties.energy(&counts), counts, optimal })
 }
 
 /// Refuses bad layouts and options.
 fn check(layout: &Layout, options: &Options) -> Result<(), QuantiseError> {
     if !(options.alpha > 0.0 && options.alpha < 1.0) {
-        return Err(QuantiseError::BadOption {
-            option: "alpha",
-            expected: "between 0 and 1, both excluded",
-        });
+        return Err(QuantiseError::BadOption { option: "alpha", expected: "between 0 and 1, both excluded" });
     }
     if !(options.pattern_weight.is_finite() && options.pattern_weight >= 0.0) {
-        return Err(QuantiseError::BadOption {
-            option: "pattern_weight",
-            expected: "finite and not negative",
-        });
+        return Err(QuantiseError::BadOption { option: "pattern_weight", expected: "finite and not negative" });
     }
     for (sub_side, given) in (0..).zip(&layout.sub_sides) {
         if !(0.0..=f64::from(MOST)).contains(&given.ideal) {
@@ -239,33 +220,21 @@ fn check(layout: &Layout, options: &Options) -> Result<(), QuantiseError> {
             });
         }
         if given.fixed.is_some_and(|count| count == 0 || count > MOST) {
-            return Err(QuantiseError::BadSubSide {
-                sub_side,
-                reason: "its fixed count must be from 1 to 2^20",
-            });
+            return Err(QuantiseError::BadSubSide { sub_side, reason: "its fixed count must be from 1 to 2^20" });
         }
     }
     let mut uses = vec![0; layout.sub_sides.len()];
     for (patch, given) in (0..).zip(&layout.patches) {
         if given.sides.is_empty() || given.sides.iter().any(Vec::is_empty) {
-            return Err(QuantiseError::BadPatch {
-                patch,
-                reason: "it needs sides, and every side needs a sub-side",
-            });
+            return Err(QuantiseError::BadPatch { patch, reason: "it needs sides, and every side needs a sub-side" });
         }
         for &sub_side in given.sides.iter().flatten() {
             let Some(count) = uses.get_mut(sub_side as usize) else {
-                return Err(QuantiseError::BadPatch {
-                    patch,
-                    reason: "it names a sub-side that does not exist",
-                });
+                return Err(QuantiseError::BadPatch { patch, reason: "it names a sub-side that does not exist" });
             };
             *count += 1;
             if *count > 2 {
-                return Err(QuantiseError::BadSubSide {
-                    sub_side,
-                    reason: "it is used more than twice",
-                });
+                return Err(QuantiseError::BadSubSide { sub_side, reason: "it is used more than twice" });
             }
         }
     }

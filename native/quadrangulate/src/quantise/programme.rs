@@ -28,9 +28,7 @@ pub(super) fn improve(
         if component.free.len() > options.most_variables {
             optimal = false;
         } else if !component.patches.is_empty() && !component.free.is_empty() {
-            optimal &= solve_component(
-                layout, penalties, options, &component, &relaxed, counts, cancelled,
-            )?;
+            optimal &= solve_component(layout, penalties, options, &component, &relaxed, counts, cancelled)?;
         }
     }
     Ok(optimal)
@@ -49,28 +47,15 @@ fn components(layout: &Layout) -> Vec<Component> {
     let users = users(layout);
     let edges = (0..first_patch)
         .filter(|&sub_side| is_free(sub_side))
-        .flat_map(|sub_side| {
-            users[sub_side as usize]
-                .iter()
-                .map(move |patch| (sub_side, first_patch + patch))
-        });
+        .flat_map(|sub_side| users[sub_side as usize].iter().map(move |patch| (sub_side, first_patch + patch)));
     let groups = connected_components(layout.sub_sides.len() + layout.patches.len(), edges);
     groups
         .into_iter()
         .map(|group| {
             let (sub_sides, patches): (Vec<u32>, Vec<u32>) =
                 group.into_iter().partition(|&vertex| vertex < first_patch);
-            let free = sub_sides
-                .into_iter()
-                .filter(|&sub_side| is_free(sub_side))
-                .collect();
-            Component {
-                patches: patches
-                    .into_iter()
-                    .map(|vertex| vertex - first_patch)
-                    .collect(),
-                free,
-            }
+            let free = sub_sides.into_iter().filter(|&sub_side| is_free(sub_side)).collect();
+            Component { patches: patches.into_iter().map(|vertex| vertex - first_patch).collect(), free }
         })
         .collect()
 }
@@ -85,24 +70,14 @@ fn solve_component(
     counts: &mut [u32],
     cancelled: CancelCheck<'_>,
 ) -> Result<bool, SolveError> {
-    let mut concerned: Vec<usize> = component
-        .free
-        .iter()
-        .flat_map(|&sub_side| penalties.of_sub_side[sub_side as usize].iter().copied())
-        .collect();
+    let mut concerned: Vec<usize> =
+        component.free.iter().flat_map(|&sub_side| penalties.of_sub_side[sub_side as usize].iter().copied()).collect();
     concerned.sort_unstable();
     concerned.dedup();
-    let known: f64 = concerned
-        .iter()
-        .map(|&index| penalties.all[index].cost(penalties.all[index].value(counts)))
-        .sum();
+    let known: f64 = concerned.iter().map(|&index| penalties.all[index].cost(penalties.all[index].value(counts))).sum();
     // No count of a better solution costs more in isometry alone than the known solution costs altogether.
     let share = known / options.alpha + LEAST_REACH;
-    let reach = if options.norm == Norm::Squared {
-        share.sqrt()
-    } else {
-        share
-    };
+    let reach = if options.norm == Norm::Squared { share.sqrt() } else { share };
 
     let mut programme = Programme::new();
     let mut variables: Vec<Option<Variable>> = vec![None; counts.len()];
@@ -122,8 +97,7 @@ fn solve_component(
             match variables[sub_side as usize] {
                 Some(variable) => free.push((variable, factor)),
                 None => {
-                    constant += i64::from(factor)
-                        * i64::from(layout.sub_sides[sub_side as usize].fixed.unwrap_or(0))
+                    constant += i64::from(factor) * i64::from(layout.sub_sides[sub_side as usize].fixed.unwrap_or(0));
                 }
             }
         }
@@ -132,32 +106,20 @@ fn solve_component(
 
     for penalty in concerned.into_iter().map(|index| &penalties.all[index]) {
         let (free, constant) = split(&mut penalty.terms.iter().copied());
-        let expected: f64 = penalty
-            .terms
-            .iter()
-            .map(|&(sub_side, factor)| f64::from(factor) * relaxed[sub_side as usize])
-            .sum();
+        let expected: f64 =
+            penalty.terms.iter().map(|&(sub_side, factor)| f64::from(factor) * relaxed[sub_side as usize]).sum();
         let centre = expected.round() as i64 - constant;
-        programme.convex_cost(
-            &free,
-            move |value| penalty.cost(value + constant),
-            centre - WINDOW..=centre + WINDOW,
-        );
+        programme.convex_cost(&free, move |value| penalty.cost(value + constant), centre - WINDOW..=centre + WINDOW);
     }
     for &patch in &component.patches {
         let sides = &layout.patches[patch as usize].sides;
-        let (mut free, constant) =
-            split(&mut sides.iter().flatten().map(|&sub_side| (sub_side, 1)));
+        let (mut free, constant) = split(&mut sides.iter().flatten().map(|&sub_side| (sub_side, 1)));
         programme.row(&free, 4 - constant..);
         free.push((one, (constant % 2) as i32));
         programme.even(&free);
     }
 
-    let mut start: Vec<i64> = component
-        .free
-        .iter()
-        .map(|&sub_side| i64::from(counts[sub_side as usize]))
-        .collect();
+    let mut start: Vec<i64> = component.free.iter().map(|&sub_side| i64::from(counts[sub_side as usize])).collect();
     start.push(1);
     let limits = integer::Options {
         max_nodes: options.max_nodes,

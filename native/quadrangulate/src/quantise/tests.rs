@@ -12,20 +12,13 @@ fn never() -> bool {
 
 fn side_sum(layout: &Layout, patch: usize, side: usize, counts: &[u32]) -> f64 {
     let sides = &layout.patches[patch].sides;
-    sides[side % sides.len()]
-        .iter()
-        .map(|&s| f64::from(counts[s as usize]))
-        .sum()
+    sides[side % sides.len()].iter().map(|&s| f64::from(counts[s as usize])).sum()
 }
 
 /// The energy straight from equations 1 and 4 and the two pattern conditions.
 fn energy(layout: &Layout, options: &Options, counts: &[u32]) -> f64 {
     let measure = |d: f64| {
-        if options.norm == Norm::Squared {
-            d * d
-        } else {
-            d.abs()
-        }
+        if options.norm == Norm::Squared { d * d } else { d.abs() }
     };
     let mut total = 0.0;
     for (sub_side, &count) in layout.sub_sides.iter().zip(counts) {
@@ -38,17 +31,11 @@ fn energy(layout: &Layout, options: &Options, counts: &[u32]) -> f64 {
         let mut add = |weight: f64, d: f64| total += (1.0 - options.alpha) * weight * measure(d);
         match given.sides.len() {
             3 => (0..3).for_each(|i| {
-                add(
-                    options.pattern_weight,
-                    (l(i) - l(i + 1) - l(i + 2) + 2.0).max(0.0),
-                )
+                add(options.pattern_weight, (l(i) - l(i + 1) - l(i + 2) + 2.0).max(0.0));
             }),
             4 => (0..2).for_each(|i| add(1.0, l(i) - l(i + 2))),
             5 => (0..5).for_each(|i| {
-                add(
-                    options.pattern_weight,
-                    (2.0 - (l(i) + l(i + 1) + l(i + 4) - l(i + 2) - l(i + 3))).max(0.0),
-                )
+                add(options.pattern_weight, (2.0 - (l(i) + l(i + 1) + l(i + 4) - l(i + 2) - l(i + 3))).max(0.0));
             }),
             _ => {}
         }
@@ -57,24 +44,9 @@ fn energy(layout: &Layout, options: &Options, counts: &[u32]) -> f64 {
 }
 
 fn feasible(layout: &Layout, counts: &[u32]) -> bool {
-    let perimeter = |patch: &Patch| {
-        patch
-            .sides
-            .iter()
-            .flatten()
-            .map(|&s| counts[s as usize])
-            .sum::<u32>()
-    };
-    layout
-        .sub_sides
-        .iter()
-        .zip(counts)
-        .all(|(s, &count)| count >= 1 && s.fixed.is_none_or(|fixed| fixed == count))
-        && layout
-            .patches
-            .iter()
-            .map(perimeter)
-            .all(|sum| sum >= 4 && sum % 2 == 0)
+    let perimeter = |patch: &Patch| patch.sides.iter().flatten().map(|&s| counts[s as usize]).sum::<u32>();
+    layout.sub_sides.iter().zip(counts).all(|(s, &count)| count >= 1 && s.fixed.is_none_or(|fixed| fixed == count))
+        && layout.patches.iter().map(perimeter).all(|sum| sum >= 4 && sum % 2 == 0)
 }
 
 /// Small layouts: sides of patches filled with sub-sides at random, each used at most twice, at most four of them free.
@@ -120,14 +92,8 @@ fn small_layout() -> impl Strategy<Value = Layout> {
 
 /// The least energy over all counts up to 9, if any are feasible.
 fn brute_force(layout: &Layout, options: &Options) -> Option<f64> {
-    let free: Vec<usize> = (0..layout.sub_sides.len())
-        .filter(|&i| layout.sub_sides[i].fixed.is_none())
-        .collect();
-    let mut counts: Vec<u32> = layout
-        .sub_sides
-        .iter()
-        .map(|s| s.fixed.unwrap_or(1))
-        .collect();
+    let free: Vec<usize> = (0..layout.sub_sides.len()).filter(|&i| layout.sub_sides[i].fixed.is_none()).collect();
+    let mut counts: Vec<u32> = layout.sub_sides.iter().map(|s| s.fixed.unwrap_or(1)).collect();
     let mut best: Option<f64> = None;
     loop {
         if feasible(layout, &counts) {
@@ -174,9 +140,7 @@ proptest! {
 fn grid(width: usize, junctions: bool, seed: u64) -> Layout {
     let mut state = seed;
     let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as f64 / (1u64 << 31) as f64
     };
     let mut layout = Layout::default();
@@ -190,21 +154,12 @@ fn grid(width: usize, junctions: bool, seed: u64) -> Layout {
     let horizontal: Vec<Vec<Vec<u32>>> = (0..=width)
         .map(|row| {
             (0..width)
-                .map(|_| {
-                    (0..split(row))
-                        .map(|_| add(row == 0 || row == width, 1.0 / split(row) as f64))
-                        .collect()
-                })
+                .map(|_| (0..split(row)).map(|_| add(row == 0 || row == width, 1.0 / f64::from(split(row)))).collect())
                 .collect()
         })
         .collect();
-    let vertical: Vec<Vec<u32>> = (0..width)
-        .map(|_| {
-            (0..=width)
-                .map(|column| add(column == 0 || column == width, 1.0))
-                .collect()
-        })
-        .collect();
+    let vertical: Vec<Vec<u32>> =
+        (0..width).map(|_| (0..=width).map(|column| add(column == 0 || column == width, 1.0)).collect()).collect();
     for row in 0..width {
         for column in 0..width {
             let mut top = horizontal[row + 1][column].clone();
@@ -225,29 +180,16 @@ fn grid(width: usize, junctions: bool, seed: u64) -> Layout {
 #[test]
 #[ignore = "a measurement"]
 fn a_hundred_and_fifty_variables() {
-    for (norm, junctions) in [
-        (Norm::Squared, false),
-        (Norm::Squared, true),
-        (Norm::Absolute, true),
-    ] {
+    for (norm, junctions) in [(Norm::Squared, false), (Norm::Squared, true), (Norm::Absolute, true)] {
         for (relative_gap, max_nodes) in [(0.01, 10), (0.01, 100)] {
             for seed in 0..3 {
                 let layout = grid(8, junctions, seed);
-                let options = Options {
-                    norm,
-                    relative_gap,
-                    max_nodes,
-                    ..Options::default()
-                };
+                let options = Options { norm, relative_gap, max_nodes, ..Options::default() };
                 let begin = Instant::now();
                 let instant = quantise_instantly(&layout, &options, &never).unwrap();
                 let after_instant = begin.elapsed();
                 let result = quantise(&layout, &options, &never).unwrap();
-                let free = layout
-                    .sub_sides
-                    .iter()
-                    .filter(|s| s.fixed.is_none())
-                    .count();
+                let free = layout.sub_sides.iter().filter(|s| s.fixed.is_none()).count();
                 println!(
                     "{free} free, {norm:?}, gap {relative_gap}, {max_nodes} nodes: instant {:.2} in {after_instant:.1?}, best {:.2} in {:.1?}, optimal {}",
                     instant.energy.total(),
@@ -267,38 +209,23 @@ fn repeats_to_the_byte() {
     let layout = grid(4, true, 1);
     let first = quantise(&layout, &Options::default(), &never).unwrap();
     for _ in 0..5 {
-        assert_eq!(
-            quantise(&layout, &Options::default(), &never).unwrap(),
-            first
-        );
+        assert_eq!(quantise(&layout, &Options::default(), &never).unwrap(), first);
     }
 }
 
 #[test]
 fn a_node_limit_still_gives_counts() {
     let layout = grid(8, true, 5);
-    let options = Options {
-        max_nodes: 0,
-        ..Options::default()
-    };
-    assert!(feasible(
-        &layout,
-        &quantise(&layout, &options, &never).unwrap().counts
-    ));
-    let none = Options {
-        most_variables: 10,
-        ..Options::default()
-    };
+    let options = Options { max_nodes: 0, ..Options::default() };
+    assert!(feasible(&layout, &quantise(&layout, &options, &never).unwrap().counts));
+    let none = Options { most_variables: 10, ..Options::default() };
     let instant = quantise_instantly(&layout, &options, &never).unwrap();
     assert_eq!(quantise(&layout, &none, &never).unwrap(), instant);
     assert!(!instant.optimal);
 }
 
 fn fixed(count: u32) -> SubSide {
-    SubSide {
-        ideal: f64::from(count),
-        fixed: Some(count),
-    }
+    SubSide { ideal: f64::from(count), fixed: Some(count) }
 }
 
 fn free(ideal: f64) -> SubSide {
@@ -306,9 +233,7 @@ fn free(ideal: f64) -> SubSide {
 }
 
 fn patch(sides: &[&[u32]]) -> Patch {
-    Patch {
-        sides: sides.iter().map(|side| side.to_vec()).collect(),
-    }
+    Patch { sides: sides.iter().map(|side| side.to_vec()).collect() }
 }
 
 /// The ring of Fig. 12: two patches around a hole, inner border 5, outer border 8, free cuts between them.
@@ -334,12 +259,7 @@ fn an_odd_ring_is_named() {
         ],
     };
     let error = quantise(&layout, &Options::default(), &never).unwrap_err();
-    assert_eq!(
-        error,
-        QuantiseError::OddComponent {
-            patches: vec![1, 2]
-        }
-    );
+    assert_eq!(error, QuantiseError::OddComponent { patches: vec![1, 2] });
 }
 
 #[test]
@@ -348,18 +268,7 @@ fn alpha_trades_size_for_regularity() {
         sub_sides: vec![free(2.0), free(3.0), free(8.0), free(3.0)],
         patches: vec![patch(&[&[0], &[1], &[2], &[3]])],
     };
-    let counts = |alpha| {
-        quantise(
-            &layout,
-            &Options {
-                alpha,
-                ..Options::default()
-            },
-            &never,
-        )
-        .unwrap()
-        .counts
-    };
+    let counts = |alpha| quantise(&layout, &Options { alpha, ..Options::default() }, &never).unwrap().counts;
     assert_eq!(counts(0.99), [2, 3, 8, 3]);
     assert_eq!(counts(0.01), [5, 3, 5, 3]);
 }
@@ -371,58 +280,26 @@ fn bad_layouts_are_named() {
     };
     assert_eq!(
         error(vec![fixed(1), fixed(1)], vec![patch(&[&[0], &[1]])]),
-        QuantiseError::TooShort {
-            patch: 0,
-            perimeter: 2
-        }
+        QuantiseError::TooShort { patch: 0, perimeter: 2 }
     );
-    assert!(matches!(
-        error(vec![free(f64::NAN)], vec![]),
-        QuantiseError::BadSubSide { sub_side: 0, .. }
-    ));
-    assert!(matches!(
-        error(vec![fixed(0)], vec![]),
-        QuantiseError::BadSubSide { sub_side: 0, .. }
-    ));
+    assert!(matches!(error(vec![free(f64::NAN)], vec![]), QuantiseError::BadSubSide { sub_side: 0, .. }));
+    assert!(matches!(error(vec![fixed(0)], vec![]), QuantiseError::BadSubSide { sub_side: 0, .. }));
     assert!(matches!(
         error(vec![free(1.0)], vec![patch(&[&[0], &[0], &[0]])]),
         QuantiseError::BadSubSide { sub_side: 0, .. }
     ));
-    assert!(matches!(
-        error(vec![free(1.0)], vec![patch(&[&[0], &[1]])]),
-        QuantiseError::BadPatch { patch: 0, .. }
-    ));
-    assert!(matches!(
-        error(vec![free(1.0)], vec![patch(&[&[0], &[]])]),
-        QuantiseError::BadPatch { patch: 0, .. }
-    ));
-    let bad = Options {
-        alpha: 1.0,
-        ..Options::default()
-    };
+    assert!(matches!(error(vec![free(1.0)], vec![patch(&[&[0], &[1]])]), QuantiseError::BadPatch { patch: 0, .. }));
+    assert!(matches!(error(vec![free(1.0)], vec![patch(&[&[0], &[]])]), QuantiseError::BadPatch { patch: 0, .. }));
+    let bad = Options { alpha: 1.0, ..Options::default() };
     assert!(matches!(
         quantise(&Layout::default(), &bad, &never),
-        Err(QuantiseError::BadOption {
-            option: "alpha",
-            ..
-        })
+        Err(QuantiseError::BadOption { option: "alpha", .. })
     ));
-    let odd = Layout {
-        sub_sides: vec![free(2.4), free(2.4), free(3.0)],
-        patches: vec![patch(&[&[0], &[1], &[2]])],
-    };
-    assert_eq!(
-        quantise(&odd, &Options::default(), &|| true),
-        Err(QuantiseError::Solve(SolveError::Cancelled))
-    );
+    let odd = Layout { sub_sides: vec![free(2.4), free(2.4), free(3.0)], patches: vec![patch(&[&[0], &[1], &[2]])] };
+    assert_eq!(quantise(&odd, &Options::default(), &|| true), Err(QuantiseError::Solve(SolveError::Cancelled)));
 }
 
 #[test]
 fn an_empty_layout_is_empty() {
-    assert!(
-        quantise(&Layout::default(), &Options::default(), &never)
-            .unwrap()
-            .counts
-            .is_empty()
-    );
+    assert!(quantise(&Layout::default(), &Options::default(), &never).unwrap().counts.is_empty());
 }
