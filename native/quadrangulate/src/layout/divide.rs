@@ -46,9 +46,7 @@ pub(super) struct Shape {
 impl Shape {
     pub fn of(region: &Region, side_turn: f64) -> Self {
         let mut seen = BTreeSet::new();
-        let border: Vec<usize> = (0..region.quarters.len())
-            .filter(|&v| region.quarters[v] > 0)
-            .collect();
+        let border: Vec<usize> = (0..region.quarters.len()).filter(|&v| region.quarters[v] > 0).collect();
         Self {
             sides: border.iter().filter(|&&v| region.quarters[v] == 1).count(),
             concave: border.iter().filter(|&&v| region.quarters[v] > 2).count(),
@@ -63,9 +61,7 @@ impl Shape {
         if self.concave > 0 {
             Some(Fault::Concave)
         } else if self.euler_characteristic != 1 {
-            Some(Fault::NotDisk {
-                euler_characteristic: self.euler_characteristic,
-            })
+            Some(Fault::NotDisk { euler_characteristic: self.euler_characteristic })
         } else if self.touches_itself {
             Some(Fault::TouchesItself)
         } else if !(3..=6).contains(&self.sides) {
@@ -88,10 +84,7 @@ fn round_sides(region: &Region, limit: f64) -> usize {
     let angles = region.angles();
     let mut count = 0;
     for mut border in region.loops() {
-        let corner = border
-            .iter()
-            .position(|&v| region.quarters[v as usize] == 1)
-            .unwrap_or(0);
+        let corner = border.iter().position(|&v| region.quarters[v as usize] == 1).unwrap_or(0);
         border.rotate_left(corner);
         let mut turn: f64 = 0.0;
         for v in border {
@@ -114,7 +107,7 @@ pub(super) enum Step {
     /// It was cut into these parts.
     Parts(Vec<Region>),
     /// No trace could relieve this concave corner: it counts as flat now.
-    Flattened(Region, u32),
+    Flattened(Box<Region>, u32),
     /// Nothing can be done.
     Stuck(Fault),
 }
@@ -138,20 +131,10 @@ pub(super) fn divide(
     }
     let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
     let crowded = crowded(region, canvas);
-    let relaxed = TraceOptions {
-        cone: (options.trace.cone * 1.5).min(FRAC_PI_2),
-        ..options.trace
-    };
+    let relaxed = TraceOptions { cone: (options.trace.cone * 1.5).min(FRAC_PI_2), ..options.trace };
     // A second try with a wider cone that may also crowd other sides' ends.
     for (trace_options, strict) in [(options.trace, true), (relaxed, false)] {
-        let search = Search {
-            region,
-            graph: &graph,
-            canvas,
-            options: &trace_options,
-            crowded: &crowded,
-            strict,
-        };
+        let search = Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict };
         let candidates = search.candidates(shape.concave > 0, monitor)?;
         if let Some(parts) = best_cut(region, shape, &candidates, canvas, options, monitor)? {
             return Ok(Step::Parts(parts));
@@ -166,7 +149,7 @@ pub(super) fn divide(
         if let Some(v) = sharp {
             let mut flat = region.clone();
             flat.quarters[v] = 2;
-            return Ok(Step::Flattened(flat, region.vertex[v]));
+            return Ok(Step::Flattened(Box::new(flat), region.vertex[v]));
         }
     }
     Ok(fault.map_or(Step::Patch, Step::Stuck))
@@ -188,10 +171,7 @@ fn best_cut(
         let parts = region.cut(&candidate.trace, candidate.share, &mut canvas.positions);
         canvas.positions.truncate(length);
         let Some(parts) = parts else { continue };
-        let shapes: Vec<Shape> = parts
-            .iter()
-            .map(|part| Shape::of(part, options.side_turn))
-            .collect();
+        let shapes: Vec<Shape> = parts.iter().map(|part| Shape::of(part, options.side_turn)).collect();
         let badness: usize = shapes.iter().map(Shape::badness).sum();
         let concave: usize = shapes.iter().map(|s| s.concave).sum();
         let irregular: usize = shapes.iter().map(|s| s.sides.abs_diff(4)).sum();
@@ -204,18 +184,12 @@ fn best_cut(
             if concave >= shape.concave {
                 continue;
             }
-            (
-                (0, 0),
-                candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64),
-            )
+            ((0, 0), candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64))
         } else {
             if (badness, round) >= (shape.badness(), shape.round) {
                 continue;
             }
-            (
-                (badness, round),
-                candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance),
-            )
+            ((badness, round), candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance))
         };
         if best.is_none_or(|(found, least, _)| (rank, cost) < (found, least)) {
             best = Some((rank, cost, candidate));
@@ -250,19 +224,9 @@ impl Search<'_> {
         let quarters = &self.region.quarters;
         let eligible = |v: u32| {
             let q = quarters[v as usize];
-            if concave {
-                q > 2
-            } else {
-                q == 2 && !(self.strict && self.crowded[v as usize])
-            }
+            if concave { q > 2 } else { q == 2 && !(self.strict && self.crowded[v as usize]) }
         };
-        let mut starts: Vec<u32> = self
-            .region
-            .loops()
-            .concat()
-            .into_iter()
-            .filter(|&v| eligible(v))
-            .collect();
+        let mut starts: Vec<u32> = self.region.loops().concat().into_iter().filter(|&v| eligible(v)).collect();
         if !concave {
             let stride = starts.len().div_ceil(STARTS).max(1);
             starts = starts.into_iter().step_by(stride).collect();
@@ -274,17 +238,11 @@ impl Search<'_> {
                 monitor.check()?;
                 let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
                 let found =
-                    self.graph
-                        .trace(start, direction, self.options, f64::INFINITY, |v, back| {
-                            self.visit(v, back)
-                        });
+                    self.graph.trace(start, direction, self.options, f64::INFINITY, |v, back| self.visit(v, back));
                 let Some(trace) = found else { continue };
                 let end = trace.end();
                 let (i, _) = self.quarter_of(end, trace.arrival);
-                let share = Share {
-                    start: [j, q - j],
-                    end: [i, quarters[end as usize] - i],
-                };
+                let share = Share { start: [j, q - j], end: [i, quarters[end as usize] - i] };
                 candidates.push(Candidate { trace, share });
             }
         }
@@ -319,9 +277,7 @@ impl Search<'_> {
 /// row of quads into the gap.
 fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
     let mut crowded = vec![false; region.quarters.len()];
-    let ends_side = |v: u32| {
-        region.quarters[v as usize] != 2 || canvas.node[region.vertex[v as usize] as usize]
-    };
+    let ends_side = |v: u32| region.quarters[v as usize] != 2 || canvas.node[region.vertex[v as usize] as usize];
     for border in region.loops() {
         let n = border.len();
         for (k, &v) in border.iter().enumerate() {
@@ -334,8 +290,7 @@ fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
                     let next = (at + step) % n;
                     walked += region.mesh.positions[border[at] as usize]
                         .distance(region.mesh.positions[border[next] as usize]);
-                    crowded[v as usize] =
-                        walked < 0.6 * canvas.edge_length && ends_side(border[next]);
+                    crowded[v as usize] = walked < 0.6 * canvas.edge_length && ends_side(border[next]);
                     at = next;
                 }
             }
