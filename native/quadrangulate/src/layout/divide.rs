@@ -106,7 +106,7 @@ pub(super) enum Step {
     Patch,
     /// It was cut into these parts.
     Parts(Vec<Region>),
-    /// No trace could relieve this concave corner: it counts as flat now.
+    /// No trace could relieve a concave corner: this one has a quarter less now.
     Flattened(Box<Region>, u32),
     /// Nothing can be done.
     Stuck(Fault),
@@ -131,11 +131,19 @@ pub(super) fn divide(
     }
     let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
     let crowded = crowded(region, canvas);
-    let relaxed = TraceOptions { cone: (options.trace.cone * 1.5).min(FRAC_PI_2), ..options.trace };
-    // A second try with a wider cone that may also crowd other sides' ends.
-    for (trace_options, strict) in [(options.trace, true), (relaxed, false)] {
-        let search = Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict };
-        let candidates = search.candidates(shape.concave > 0, monitor)?;
+    // First only the cheapest traces of concave corners, then all, then wider cones that may also crowd other sides' ends.
+    let tries = [(1.0, true, true), (1.0, true, false), (1.5, false, false), (2.0, false, false)];
+    for (widening, strict, hasty) in tries {
+        if hasty && shape.concave == 0 {
+            continue;
+        }
+        let cone = (options.trace.cone * widening).min(FRAC_PI_2);
+        let trace_options = TraceOptions { cone, ..options.trace };
+        let search = Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict, hasty };
+        let mut candidates = search.candidates(shape.concave > 0, monitor)?;
+        if strict {
+            candidates.truncate(CUTS);
+        }
         if let Some(parts) = best_cut(region, shape, &candidates, canvas, options, monitor)? {
             return Ok(Step::Parts(parts));
         }
@@ -144,13 +152,10 @@ pub(super) fn divide(
             return Ok(Step::Patch);
         }
     }
-    if shape.concave > 0 {
-        let sharp = (0..region.quarters.len()).find(|&v| region.quarters[v] == 3);
-        if let Some(v) = sharp {
-            let mut flat = region.clone();
-            flat.quarters[v] = 2;
-            return Ok(Step::Flattened(Box::new(flat), region.vertex[v]));
-        }
+    if let Some(v) = (0..region.quarters.len()).find(|&v| region.quarters[v] > 2) {
+        let mut flatter = region.clone();
+        flatter.quarters[v] -= 1;
+        return Ok(Step::Flattened(Box::new(flatter), region.vertex[v]));
     }
     Ok(fault.map_or(Step::Patch, Step::Stuck))
 }
@@ -166,8 +171,13 @@ fn best_cut(
 ) -> Result<Option<Vec<Region>>, Cancelled> {
     let mut best: Option<((usize, usize), f64, &Candidate)> = None;
     let length = canvas.positions.len();
-    for candidate in candidates.iter().take(CUTS) {
+    for candidate in candidates {
         monitor.check()?;
+        // No later candidate can cost less than this one does before its penalties and its reward for balance.
+        let least = if shape.concave > 0 { candidate.trace.cost } else { candidate.trace.cost / 0.6 };
+        if best.is_some_and(|(rank, cost, _)| rank == (0, 0) && cost <= least) {
+            break;
+        }
         let parts = region.cut(&candidate.trace, candidate.share, &mut canvas.positions);
         canvas.positions.truncate(length);
         let Some(parts) = parts else { continue };
@@ -216,6 +226,7 @@ struct Search<'a> {
     options: &'a TraceOptions,
     crowded: &'a [bool],
     strict: bool,
+    hasty: bool,
 }
 
 impl Search<'_> {
@@ -231,15 +242,19 @@ impl Search<'_> {
             let stride = starts.len().div_ceil(STARTS).max(1);
             starts = starts.into_iter().step_by(stride).collect();
         }
-        let mut candidates = Vec::new();
+        let mut candidates: Vec<Candidate> = Vec::new();
+        let mut limit = f64::INFINITY;
         for start in starts {
             let q = quarters[start as usize];
             for j in 1..q {
                 monitor.check()?;
                 let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
                 let found =
-                    self.graph.trace(start, direction, self.options, f64::INFINITY, |v, back| self.visit(v, back));
+                    self.graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back));
                 let Some(trace) = found else { continue };
+                if self.hasty {
+                    limit = limit.min(1.5 * trace.cost);
+                }
                 let end = trace.end();
                 let (i, _) = self.quarter_of(end, trace.arrival);
                 let share = Share { start: [j, q - j], end: [i, quarters[end as usize] - i] };

@@ -93,7 +93,8 @@ pub struct PatchLayout {
     pub patches: Vec<Patch>,
     /// Where patches meet the border and one another.
     pub sub_sides: Vec<SubSide>,
-    /// Concave corners of the border that no trace could divide: they count as flat, with two quads.
+    /// Concave corners of the border that no trace could divide: each time one occurs here, it counts a quad less. Their quads
+    /// have wide angles.
     pub flattened: Vec<u32>,
 }
 

@@ -24,7 +24,7 @@ pub(super) fn refine(mesh: &TriangleMesh, topology: &Topology, features: &[[u32;
         let [a, b, c] = [0, 1, 2].map(|k| triangle[(turn + k) % 3]);
         match [0, 1, 2].map(|k| split(turn + k)) {
             [Some(ab), Some(bc), Some(ca)] => {
-                fine.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]])
+                fine.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
             }
             [Some(ab), Some(bc), None] => {
                 fine.triangles.push([ab, b, bc]);
