@@ -139,7 +139,8 @@ pub(super) fn divide(
         }
         let cone = (options.trace.cone * widening).min(FRAC_PI_2);
         let trace_options = TraceOptions { cone, ..options.trace };
-        let search = Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict, hasty };
+        let search =
+            Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict, hasty };
         let mut candidates = search.candidates(shape.concave > 0, monitor)?;
         if strict {
             candidates.truncate(CUTS);
@@ -221,7 +222,7 @@ fn best_cut(
 
 struct Search<'a> {
     region: &'a Region,
-    graph: &'a FieldGraph,
+    graph: &'a FieldGraph<'a>,
     canvas: &'a Canvas,
     options: &'a TraceOptions,
     crowded: &'a [bool],
@@ -249,8 +250,7 @@ impl Search<'_> {
             for j in 1..q {
                 monitor.check()?;
                 let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
-                let found =
-                    self.graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back));
+                let found = self.graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back));
                 let Some(trace) = found else { continue };
                 if self.hasty {
                     limit = limit.min(1.5 * trace.cost);

@@ -173,7 +173,8 @@ pub enum LayoutError {
 /// output; `features` are interior edges (vertex pairs) that must become sides. The mesh should be isotropic with edges about
 /// as long as the border's.
 ///
-/// Costs O(traces * n log n) in the triangles n of each region traced: about 0.1 s for a region of 1,000 triangles.
+/// Costs O(traces * n log n) in the triangles n of each region traced: about 10 ms for a region of 150
+/// triangles and 10 traces, 0.25 s for 750 triangles and 30 traces.
 /// The same input gives the same bytes.
 ///
 /// # Errors
