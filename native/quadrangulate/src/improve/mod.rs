@@ -52,7 +52,7 @@ pub struct ImproveOptions {
     pub floor: f64,
     /// Most passes over the irregular vertices at each depth. Default 6.
     pub passes: usize,
-    /// Most operators tried in thought for one irregular vertex. Default 4000.
+    /// Most operators tried in thought for one irregular vertex. Default 1000.
     pub budget: usize,
     /// The smoothing before and after.
     pub smooth: SmoothOptions,
@@ -60,7 +60,7 @@ pub struct ImproveOptions {
 
 impl Default for ImproveOptions {
     fn default() -> Self {
-        Self { depth: 3, floor: 0.3, passes: 6, budget: 4000, smooth: SmoothOptions::default() }
+        Self { depth: 3, floor: 0.3, passes: 6, budget: 1000, smooth: SmoothOptions::default() }
     }
 }
 

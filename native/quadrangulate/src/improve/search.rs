@@ -11,6 +11,8 @@ use surface::smooth_star::{Goal, Reference, Star, Track, quad_quality};
 const TRIALS: usize = 6;
 /// How much worse the valences may get on the way to something better.
 const SLACK: i32 = 1;
+/// The same at a bad quad: its cure may take two new irregular vertices.
+const SLACK_AT_BAD: i32 = 2;
 /// A quad below this quality adds to the cost, so that shape counts beside valence.
 const GOOD: f64 = 0.5;
 /// Weight of a quad's shortfall below [`GOOD`], in units of one irregular vertex.
@@ -93,6 +95,11 @@ impl<'a> Search<'a> {
             if self.budget == 0 {
                 return;
             }
+            let slack = if limit > 0 { SLACK_AT_BAD } else { SLACK };
+            let bound = if depth > 1 { slack } else { limit };
+            if self.mesh.predicted_cost(operator).is_some_and(|cost| so_far + cost > bound) {
+                continue;
+            }
             self.budget -= 1;
             let Some(mark) = self.mesh.apply(operator) else { continue };
             let touched = self.mesh.touched(mark);
@@ -105,7 +112,7 @@ impl<'a> Search<'a> {
             path.push(operator);
             if total <= limit {
                 plans.push(Plan { gain: total, operators: path.clone() });
-            } else if depth > 1 && total <= SLACK {
+            } else if depth > 1 && total <= slack {
                 for &w in &touched {
                     if self.cost[w as usize] != 0 {
                         self.explore(w, depth - 1, total, limit, path, plans);
