@@ -60,7 +60,7 @@ pub struct ImproveOptions {
 
 impl Default for ImproveOptions {
     fn default() -> Self {
-        Self { depth: 3, floor: 0.3, passes: 6, budget: 1000, smooth: SmoothOptions::default() }
+        Self { depth: 4, floor: 0.3, passes: 6, budget: 4000, smooth: SmoothOptions::default() }
     }
 }
 

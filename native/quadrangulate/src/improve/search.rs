@@ -65,7 +65,7 @@ impl<'a> Search<'a> {
                 while v < self.mesh.positions.len() {
                     monitor.check()?;
                     tried_at.resize(self.mesh.positions.len(), None);
-                    let bad = self.worst_at(v as u32) < 0.5 * self.options.floor;
+                    let bad = self.worst_at(v as u32) < self.options.floor;
                     if (self.cost[v] != 0 || bad) && tried_at[v].is_none_or(|t| t < self.changed[v]) {
                         tried_at[v] = Some(self.clock);
                         progress |= self.improve_at(v as u32, depth, bad);
