@@ -188,7 +188,12 @@ impl Editable {
         for (q, k) in self.fan(v) {
             let Some(quad) = self.quads[q as usize] else { continue };
             let corner = |i: usize| quad[(k + i) & 3];
+            let is_anchored = |i: usize| self.anchored[corner(i) as usize];
             for i in 0..4 {
+                // Along a diagonal between two free vertices it does not matter which one goes.
+                if is_anchored(i) || (i > 1 && !is_anchored(i - 2)) {
+                    continue;
+                }
                 operators.push(Operator::Collapse { gone: corner(i), next: corner(i + 1) });
             }
             // Spoke, and the two edges of the rim.
