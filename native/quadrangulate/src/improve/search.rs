@@ -9,6 +9,8 @@ use surface::smooth_star::{Goal, Reference, Star, Track, quad_quality};
 
 /// Sequences tried on the surface for one vertex and depth.
 const TRIALS: usize = 6;
+/// The same at a bad quad.
+const TRIALS_AT_BAD: usize = 24;
 /// How much worse the valences may get on the way to something better.
 const SLACK: i32 = 1;
 /// The same at a bad quad: its cure may take two new irregular vertices.
@@ -81,18 +83,22 @@ impl<'a> Search<'a> {
     }
 
     fn improve_at(&mut self, v: u32, depth: usize, bad: bool) -> bool {
-        self.budget = self.options.budget;
         let mut plans = Vec::new();
         // A bad quad may be worth an irregular vertex.
         self.explore(v, depth, 0, if bad { 1 } else { -1 }, &mut Vec::new(), &mut plans);
         plans.sort_by_key(|plan| (plan.gain, plan.operators.len()));
-        plans.iter().take(TRIALS).any(|plan| self.attempt(plan))
+        plans.iter().take(if bad { TRIALS_AT_BAD } else { TRIALS }).any(|plan| self.attempt(plan))
     }
 
     /// Collects the sequences of up to `depth` operators from `v` that bring the valence cost to `limit` or below.
     fn explore(&mut self, v: u32, depth: usize, so_far: i32, limit: i32, path: &mut Vec<Operator>, plans: &mut Vec<Plan>) {
-        for operator in self.mesh.operators_at(v) {
-            if self.budget == 0 {
+        let operators = self.mesh.operators_at(v);
+        let share = self.options.budget / operators.len().max(1);
+        for operator in operators {
+            if path.is_empty() {
+                // Every first operator gets the same share, so that the first does not use up all.
+                self.budget = share;
+            } else if self.budget == 0 {
                 return;
             }
             let slack = if limit > 0 { SLACK_AT_BAD } else { SLACK };
@@ -100,7 +106,7 @@ impl<'a> Search<'a> {
             if self.mesh.predicted_cost(operator).is_some_and(|cost| so_far + cost > bound) {
                 continue;
             }
-            self.budget -= 1;
+            self.budget = self.budget.saturating_sub(1);
             let Some(mark) = self.mesh.apply(operator) else { continue };
             let touched = self.mesh.touched(mark);
             self.cost.resize(self.mesh.positions.len(), 0);
