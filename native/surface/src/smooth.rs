@@ -346,12 +346,11 @@ pub fn smooth_quads(
         if !smoother.is_movable(v) {
             continue;
         }
-        smoother.positions[v] = match patch.constraints[v] {
-            Constraint::OnChain(chain) => patch.chains[chain as usize].at(smoother.arc[v]),
-            _ => {
-                let quad = smoother.quads_around(v)[0].0;
-                patch.surfaces[patch.surface_of[quad as usize] as usize].project(smoother.positions[v]).point
-            }
+        smoother.positions[v] = if let Constraint::OnChain(chain) = patch.constraints[v] {
+            patch.chains[chain as usize].at(smoother.arc[v])
+        } else {
+            let quad = smoother.quads_around(v)[0].0;
+            patch.surfaces[patch.surface_of[quad as usize] as usize].project(smoother.positions[v]).point
         };
     }
     smoother.sweep_shape(options.sweeps, monitor)?;

@@ -130,14 +130,12 @@ impl Editable {
         };
         let mut at = start;
         for _ in 0..self.around[v as usize].len() {
-            match clockwise(at) {
-                Some((before, false)) => at = before,
-                // A border or a feature: a good place to start.
-                _ => {
-                    start = at;
-                    break;
-                }
-            }
+            // A border or a feature is a good place to start.
+            let Some((before, false)) = clockwise(at) else {
+                start = at;
+                break;
+            };
+            at = before;
         }
         let mut fan = vec![start];
         let mut at = start;

@@ -19,6 +19,10 @@ const SLACK_AT_BAD: i32 = 2;
 const GOOD: f64 = 0.5;
 /// Weight of a quad's shortfall below [`GOOD`], in units of one irregular vertex.
 const SHAPE_WEIGHT: f64 = 3.0;
+/// Weight of a quad's shortfall below 1: the strain by which irregular vertices of opposite kind attract each other.
+const STRAIN_WEIGHT: f64 = 0.5;
+/// Operators looked ahead while irregular vertices drift.
+const DRIFT_DEPTH: usize = 2;
 /// Weight of the squared logarithm of a quad's area over the area wanted.
 const SIZE_WEIGHT: f64 = 0.1;
 
@@ -57,9 +61,12 @@ impl<'a> Search<'a> {
         (self.mesh, self.changes, self.trials)
     }
 
-    /// Depth by depth, pass by pass, over the irregular vertices and those of bad quads.
+    /// Depth by depth and pass by pass over the irregular vertices and those of bad quads.
     pub(super) fn run(&mut self, monitor: &Monitor) -> Result<(), Cancelled> {
-        for depth in 1..=self.options.depth {
+        let most = self.options.depth;
+        let cancel = |from: usize| (from..=most).map(|depth| (depth, false));
+        // Cancel what is near, let the rest drift to where the strain is less, and cancel again.
+        for (depth, drift) in cancel(1).chain([(DRIFT_DEPTH.min(most), true)]).chain(cancel(2)) {
             let mut tried_at = vec![None; self.mesh.positions.len()];
             for _ in 0..self.options.passes {
                 let mut progress = false;
@@ -70,7 +77,7 @@ impl<'a> Search<'a> {
                     let bad = self.worst_at(v as u32) < self.options.floor;
                     if (self.cost[v] != 0 || bad) && tried_at[v].is_none_or(|t| t < self.changed[v]) {
                         tried_at[v] = Some(self.clock);
-                        progress |= self.improve_at(v as u32, depth, bad);
+                        progress |= self.improve_at(v as u32, depth, bad, drift);
                     }
                     v += 1;
                 }
@@ -82,10 +89,11 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn improve_at(&mut self, v: u32, depth: usize, bad: bool) -> bool {
+    fn improve_at(&mut self, v: u32, depth: usize, bad: bool, drift: bool) -> bool {
         let mut plans = Vec::new();
         // A bad quad may be worth an irregular vertex.
-        self.explore(v, depth, 0, if bad { 1 } else { -1 }, &mut Vec::new(), &mut plans);
+        let limit = if bad { 1 } else if drift { 0 } else { -1 };
+        self.explore(v, depth, 0, limit, &mut Vec::new(), &mut plans);
         plans.sort_by_key(|plan| (plan.gain, plan.operators.len()));
         plans.iter().take(if bad { TRIALS_AT_BAD } else { TRIALS }).any(|plan| self.attempt(plan))
     }
@@ -226,7 +234,7 @@ impl<'a> Search<'a> {
             let (Some(p), Some(quad)) = (self.points(q), self.mesh.quads[q as usize]) else { continue };
             let quality = quad_quality(p, self.normals[q as usize]);
             worst = worst.min(quality);
-            cost += SHAPE_WEIGHT * (GOOD - quality).max(0.0);
+            cost += SHAPE_WEIGHT * (GOOD - quality).max(0.0) + STRAIN_WEIGHT * (1.0 - quality);
             let area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]).length();
             let size = quad.iter().map(|&v| self.mesh.size[v as usize]).sum::<f64>() / 4.0;
             cost += SIZE_WEIGHT * (area / (size * size)).max(1e-6).ln().powi(2);
