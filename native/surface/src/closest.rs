@@ -30,6 +30,7 @@ pub struct Projection {
 
 /// Answers closest-point queries on a triangle mesh; shareable between threads.
 #[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct ClosestPoint {
     hierarchy: Bvh,
     corners: Vec<[Vector; 3]>,
@@ -79,6 +80,9 @@ impl ClosestPoint {
             barycentric: [1.0, 0.0, 0.0],
             distance: f64::INFINITY,
         })
+        let nowhere =
+            Projection { point: p, triangle: NONE, barycentric: [1.0, 0.0, 0.0], distance: f64::INFINITY };
+        if p.is_finite() { self.search(to_parry(p), f64::MAX).unwrap_or(nowhere) } else { nowhere }
     }
 
     /// The same as [`ClosestPoint::project`], faster when `hint` is a triangle near the answer.
