@@ -3,7 +3,7 @@
 //! The chain's edges are split at the new vertices, then every other vertex of the chain is merged into the next one
 //! along the chain. Vertices in the way are removed or pushed aside first.
 
-use crate::editable::{Editable, sorted};
+use crate::edit::{Editable, sorted};
 use mesh::{Cancelled, Monitor, TriangleMesh};
 
 /// A new vertex this near an old one, as a part of the new edge, is that old vertex.
