@@ -9,6 +9,9 @@ use mesh::{Cancelled, DVec3, Monitor};
 const LONG: f64 = 4.0 / 3.0;
 const SHORT: f64 = 4.0 / 5.0;
 
+/// The ends of an edge this short, relative to the target, are one point: merging them changes no shape.
+const COINCIDENT: f64 = 1e-9;
+
 /// Passes of one kind in a row; each but the first one works on what the last has left.
 const MAX_REPEATS: u32 = 8;
 
@@ -95,10 +98,10 @@ impl Piece {
                 continue;
             }
             let (a, b) = (self.mesh.from(h), self.mesh.to(h));
-            let short = self.relative_length(a, b) < SHORT;
+            let length = self.relative_length(a, b);
             let best = [a, b]
                 .into_iter()
-                .filter_map(|v| self.after_collapse(h, v, short).map(|worst| (worst, v)))
+                .filter_map(|v| self.after_collapse(h, v, length).map(|worst| (worst, v)))
                 .reduce(|x, y| if y.0 > x.0 { y } else { x });
             if let Some((_, v)) = best
                 && self.mesh.can_collapse(h, v)
@@ -111,7 +114,7 @@ impl Piece {
     }
 
     /// Worst shape around `v` once it has moved into the other end of `h`; nothing when it must not.
-    fn after_collapse(&self, h: u32, v: u32, short: bool) -> Option<f64> {
+    fn after_collapse(&self, h: u32, v: u32, length: f64) -> Option<f64> {
         if self.is_fixed(v) {
             return None;
         }
@@ -135,7 +138,7 @@ impl Piece {
         }
         // A needle may cost longer edges, which are split again.
         let allowed = if before < NEEDLE { 2.0 * LONG } else { LONG };
-        let wanted = short && passable(after, before) || after >= 2.0 * NEEDLE && before < NEEDLE;
+        let wanted = length < COINCIDENT || length < SHORT && passable(after, before) || before < NEEDLE && after >= NEEDLE;
         (wanted && longest <= allowed).then_some(after)
     }
 
@@ -198,14 +201,18 @@ impl Piece {
                 sum += ((p[0] + p[1] + p[2]) / 3.0 - here) * weight;
                 total += weight;
             }
-            let Some(step) = (total > 0.0).then(|| sum / total) else { continue };
-            let step = step - normal * normal.dot(step);
             let before = self.worst_around(v, here, normal);
+            if before < NEEDLE {
+                self.rescue(v, before);
+                continue;
+            }
+            let step = sum / total;
+            let step = step - normal * normal.dot(step);
             for scale in [1.0, 0.5, 0.25] {
                 let found = self.project(here + step * scale, v);
                 let there = self.normal_at(&found);
                 // A folded surface may be nearest on its other side.
-                if there.dot(normal) > 0.0 && self.improves(v, found.point, there, before) {
+                if there.dot(normal) > 0.0 && self.worst_around(v, found.point, there) >= before.min(2.0 * NEEDLE) {
                     self.settle(v, &found);
                     break;
                 }
@@ -213,8 +220,25 @@ impl Piece {
         }
     }
 
-    fn improves(&self, v: u32, p: DVec3, normal: DVec3, before: f64) -> bool {
-        let after = self.worst_around(v, p, normal);
-        after >= 2.0 * NEEDLE || after > before
+    /// Looks for a better place for a vertex among needles or turned triangles, where centroids say little: the mean of
+    /// its neighbours, and half-way from there to each and to where it is.
+    fn rescue(&mut self, v: u32, before: f64) {
+        let here = self.mesh.positions[v as usize];
+        let neighbours: Vec<DVec3> = self.mesh.neighbours(v).map(|n| self.mesh.positions[n as usize]).collect();
+        let mean = neighbours.iter().sum::<DVec3>() / neighbours.len() as f64;
+        let mut best = (before, None);
+        for target in neighbours.iter().map(|n| (*n + mean) / 2.0).chain([mean, (here + mean) / 2.0]) {
+            let found = self.project(target, v);
+            if found.triangle == mesh::NONE {
+                continue;
+            }
+            let worst = self.worst_around(v, found.point, self.normal_at(&found));
+            if worst > best.0 {
+                best = (worst, Some(found));
+            }
+        }
+        if let (_, Some(found)) = best {
+            self.settle(v, &found);
+        }
     }
 }

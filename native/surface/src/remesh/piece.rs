@@ -170,24 +170,41 @@ impl Piece {
         2.0 * self.mesh.positions[i].distance(self.mesh.positions[j]) / (self.size[i] + self.size[j])
     }
 
-    /// Shape of a triangle: 1 if equilateral, towards 0 for needles, negative when turned too far from the surface.
+    /// Shape of a triangle: 1 if equilateral, towards 0 for needles, negative when turned too far from the surface. A
+    /// needle that stands on a tiny fixed edge cannot be helped and counts as 1: it must not outweigh its neighbours.
     pub fn shape(&self, corners: [u32; 3]) -> f64 {
         let p = corners.map(|v| self.mesh.positions[v as usize]);
         let n = corners.map(|v| self.normal[v as usize]);
-        shape(p, n[0] + n[1] + n[2], self.cos_limit)
+        let shape = shape(p, n[0] + n[1] + n[2], self.cos_limit);
+        let is_stuck = || (0..3).any(|k| self.is_tiny_and_fixed(corners[k], corners[(k + 1) % 3]));
+        if shape < NEEDLE && is_stuck() { excused(shape, self.cos_limit) } else { shape }
     }
 
-    /// Shape of the worst triangle around `v` if it stood at `p`, where the surface has the normal `n`.
+    fn is_tiny_and_fixed(&self, a: u32, b: u32) -> bool {
+        self.is_fixed(a) && self.is_fixed(b) && self.relative_length(a, b) < TINY
+    }
+
+    /// Shape of the worst triangle around a free vertex `v` if it stood at `p`, where the surface has the normal `n`.
     pub fn worst_around(&self, v: u32, p: DVec3, n: DVec3) -> f64 {
         self.mesh
             .around(v)
             .map(|h| {
-                let (a, b) = (self.mesh.to(h) as usize, self.mesh.apex(h) as usize);
+                let (a, b) = (self.mesh.to(h), self.mesh.apex(h));
+                let (i, j) = (a as usize, b as usize);
                 let at = &self.mesh.positions;
-                shape([p, at[a], at[b]], n + self.normal[a] + self.normal[b], self.cos_limit)
+                let shape = shape([p, at[i], at[j]], n + self.normal[i] + self.normal[j], self.cos_limit);
+                if shape < NEEDLE && self.is_tiny_and_fixed(a, b) { excused(shape, self.cos_limit) } else { shape }
             })
             .fold(1.0, f64::min)
     }
+}
+
+/// A fixed edge shorter than this, relative to the target, leaves nothing but needles beside it.
+const TINY: f64 = 0.15;
+
+/// The shape of an unavoidable needle: perfect unless turned over.
+fn excused(shape: f64, cos_limit: f64) -> f64 {
+    if shape >= -cos_limit { 1.0 } else { shape }
 }
 
 /// A triangle below this shape is a needle (an equilateral one squeezed to about a tenth of its height).
@@ -205,7 +222,8 @@ fn shape(p: [DVec3; 3], reference: DVec3, cos_limit: f64) -> f64 {
     let squares: f64 = (0..3).map(|k| p[k].distance_squared(p[(k + 1) % 3])).sum();
     let ratio = 2.0 * 3_f64.sqrt() * double_area / squares;
     if ratio.is_nan() || ratio < 1e-9 {
-        return -2.0;
+        // Without area there is no normal: as bad as standing upright on the surface.
+        return -cos_limit;
     }
     let cos = normal.dot(reference) / (double_area * reference.length());
     if cos >= cos_limit { ratio } else { (cos - cos_limit).min(-f64::MIN_POSITIVE) }

@@ -99,6 +99,10 @@ fn cleans_up_cut_spheres_full_of_slivers() {
         assert_promises(&mesh, &curve, &output);
         let turned = (0..output.mesh.triangles.len())
             .filter(|&t| {
+                let [a, b, c] = output.mesh.points(t);
+                if a.distance(b).min(b.distance(c)).min(c.distance(a)) < 1e-9 {
+                    return false;
+                }
                 let centre = output.mesh.points(t).iter().sum::<DVec3>();
                 output.mesh.area_normal(t).normalize().dot(centre.normalize()) < 0.5
             })
