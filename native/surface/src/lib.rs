@@ -4,5 +4,6 @@ pub mod closest;
 mod editable;
 pub mod geodesic;
 pub mod remesh;
+pub mod resample;
 #[cfg(test)]
 mod test_shapes;

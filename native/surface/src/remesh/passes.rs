@@ -48,9 +48,19 @@ impl Piece {
 
     /// Splits every edge that joins two fixed vertices and is not a border of the piece. The new edges have a free end.
     fn split_chords(&mut self) {
-        let chords: Vec<u32> = self.mesh.edges().filter(|&h| self.mesh.twin(h).is_some() && self.is_chord(h)).collect();
-        for h in chords {
-            self.split(h);
+        loop {
+            let is_inner_chord = |h: &u32| self.mesh.twin(*h).is_some() && self.is_chord(*h);
+            let chords: Vec<u32> = self.mesh.edges().filter(is_inner_chord).collect();
+            let mut changed = false;
+            for h in chords {
+                // A split gives the edges beside it other half-edges: what has moved waits for the next round.
+                if self.is_chord(h) {
+                    changed |= self.split(h);
+                }
+            }
+            if !changed {
+                return;
+            }
         }
     }
 
@@ -62,7 +72,7 @@ impl Piece {
     fn split_long(&mut self) -> usize {
         let long = self.ranked(|ratio, _| (ratio > LONG).then_some(-ratio));
         for &(_, h) in &long {
-            // The half-edge may have become shorter as half of an earlier split of another edge: its ends are asked again.
+            // A split gives the edges beside it other half-edges, so this may be a new, short one.
             if self.relative_length(self.mesh.from(h), self.mesh.to(h)) > LONG {
                 self.split(h);
             }
@@ -119,7 +129,10 @@ impl Piece {
             return None;
         }
         let w = self.mesh.from(h) ^ self.mesh.to(h) ^ v;
-        let apexes = [Some(self.mesh.apex(h)), self.mesh.twin(h).map(|g| self.mesh.apex(g))];
+        let apexes = [
+            Some(self.mesh.apex(h)),
+            self.mesh.twin(h).map(|g| self.mesh.apex(g)),
+        ];
         let (mut before, mut after): (f64, f64) = (1.0, 1.0);
         let mut longest: f64 = 0.0;
         for g in self.mesh.around(v) {
@@ -129,7 +142,9 @@ impl Piece {
                 continue;
             }
             after = after.min(self.shape([w, p, q]));
-            longest = longest.max(self.relative_length(w, p)).max(self.relative_length(w, q));
+            longest = longest
+                .max(self.relative_length(w, p))
+                .max(self.relative_length(w, q));
             let makes_chord =
                 |n: u32| self.is_fixed(w) && self.is_fixed(n) && !apexes.contains(&Some(n));
             if makes_chord(p) || makes_chord(q) {
@@ -138,7 +153,9 @@ impl Piece {
         }
         // A needle may cost longer edges, which are split again.
         let allowed = if before < NEEDLE { 2.0 * LONG } else { LONG };
-        let wanted = length < COINCIDENT || length < SHORT && passable(after, before) || before < NEEDLE && after >= NEEDLE;
+        let wanted = length < COINCIDENT
+            || length < SHORT && passable(after, before)
+            || before < NEEDLE && after >= NEEDLE;
         (wanted && longest <= allowed).then_some(after)
     }
 
@@ -153,8 +170,15 @@ impl Piece {
     }
 
     fn wants_flip(&self, h: u32) -> bool {
-        let Some(g) = self.mesh.twin(h) else { return false };
-        let (a, b, c, d) = (self.mesh.from(h), self.mesh.to(h), self.mesh.apex(h), self.mesh.apex(g));
+        let Some(g) = self.mesh.twin(h) else {
+            return false;
+        };
+        let (a, b, c, d) = (
+            self.mesh.from(h),
+            self.mesh.to(h),
+            self.mesh.apex(h),
+            self.mesh.apex(g),
+        );
         if self.is_fixed(c) && self.is_fixed(d) {
             return false;
         }
@@ -212,7 +236,9 @@ impl Piece {
                 let found = self.project(here + step * scale, v);
                 let there = self.normal_at(&found);
                 // A folded surface may be nearest on its other side.
-                if there.dot(normal) > 0.0 && self.worst_around(v, found.point, there) >= before.min(2.0 * NEEDLE) {
+                if there.dot(normal) > 0.0
+                    && self.worst_around(v, found.point, there) >= before.min(2.0 * NEEDLE)
+                {
                     self.settle(v, &found);
                     break;
                 }
@@ -224,10 +250,18 @@ impl Piece {
     /// its neighbours, and half-way from there to each and to where it is.
     fn rescue(&mut self, v: u32, before: f64) {
         let here = self.mesh.positions[v as usize];
-        let neighbours: Vec<DVec3> = self.mesh.neighbours(v).map(|n| self.mesh.positions[n as usize]).collect();
+        let neighbours: Vec<DVec3> = self
+            .mesh
+            .neighbours(v)
+            .map(|n| self.mesh.positions[n as usize])
+            .collect();
         let mean = neighbours.iter().sum::<DVec3>() / neighbours.len() as f64;
         let mut best = (before, None);
-        for target in neighbours.iter().map(|n| (*n + mean) / 2.0).chain([mean, (here + mean) / 2.0]) {
+        for target in neighbours
+            .iter()
+            .map(|n| (*n + mean) / 2.0)
+            .chain([mean, (here + mean) / 2.0])
+        {
             let found = self.project(target, v);
             if found.triangle == mesh::NONE {
                 continue;
