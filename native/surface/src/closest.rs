@@ -29,7 +29,6 @@ pub struct Projection {
 }
 
 /// Answers closest-point queries on a triangle mesh; shareable between threads.
-#[derive(Debug, Clone)]
 #[derive(Clone)]
 pub struct ClosestPoint {
     hierarchy: Bvh,

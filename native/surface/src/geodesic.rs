@@ -136,7 +136,6 @@ impl March<'_> {
         }
     }
 
-    /// Two settled vertices a, b of the triangle (a, b, c) update c, and the vertices across its two other edges.
     /// The settled vertex `u` is itself a source of light for what lies behind the edge `gate` opposite it: a path that
     /// bends there, and the only kind there is next to a source of the field.
     fn light_from(&mut self, u: u32, gate: u32) {
@@ -160,32 +159,6 @@ impl March<'_> {
         else {
             return;
         };
-        let Some(apex) = unfold(DVec2::ZERO, DVec2::new(base, 0.0), self.length(a, c), self.length(b, c)) else {
-            return;
-        };
-        let foot = |v: u32| match v {
-            v if v == a => DVec2::ZERO,
-            v if v == c => apex,
-            _ => DVec2::new(base, 0.0),
-        };
-        if passes(source, apex, DVec2::ZERO, DVec2::new(base, 0.0)) {
-            self.offer(c, source.distance(apex));
-        }
-        for gate in across {
-            let twin = self.topology.twin[gate as usize];
-            if twin == NONE {
-                continue;
-            }
-            let (from, to) = (self.topology.from(gate), self.topology.to(gate));
-            let far = self.topology.from(self.topology.prev[twin as usize]);
-            // Seen from across the gate runs the other way, and `far` lies to its left.
-            let (left, right) = (foot(to), foot(from));
-            let Some(point) = unfold(left, right, self.length(to, far), self.length(from, far)) else { continue };
-            if passes(source, point, left, right) && passes(source, point, DVec2::ZERO, DVec2::new(base, 0.0)) {
-                self.offer(far, source.distance(point));
-            }
-        }
-    }
         let ends = [DVec2::ZERO, DVec2::new(base, 0.0)];
         let Some(apex) = unfold(ends[0], ends[1], self.length(a, c), self.length(b, c)) else {
             return;
@@ -303,10 +276,6 @@ fn unfold(a: DVec2, b: DVec2, from_a: f64, from_b: f64) -> Option<DVec2> {
     Some(a + along * x + along.perp() * y)
 }
 
-/// True when the straight line from `source` to `target` passes between `a` and `b`, with `a` on its left.
-fn passes(source: DVec2, target: DVec2, a: DVec2, b: DVec2) -> bool {
-    let line = target - source;
-    line.perp_dot(a - source) >= 0.0 && line.perp_dot(b - source) <= 0.0
 /// True when the straight line from `source` to `target` passes between the left and the right end of `window`.
 fn passes(source: DVec2, target: DVec2, window: [DVec2; 2]) -> bool {
     let line = target - source;
@@ -378,7 +347,6 @@ mod tests {
             .enumerate()
         {
             let exact = centre.angle_between(mesh.positions[v]);
-            assert!((d - exact).abs() < 0.03, "vertex {v}: {d} against {exact}");
             // Fronts from all sides meet at the antipode.
             let allowed = if exact < 2.5 { 0.02 } else { 0.04 };
             assert!(
