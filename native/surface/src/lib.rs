@@ -2,7 +2,6 @@
 
 pub mod closest;
 pub mod cross_field;
-mod edit;
 mod editable;
 pub mod geodesic;
 pub mod parametrize;
