@@ -281,6 +281,7 @@ fn fill_region(
             _ => continue,
         };
         let finished = answer.and_then(|fill| {
+            region.verify(&fill).map_err(|fault| Declined::Because(format!("before finishing, {fault}")))?;
             let fill = finish::finish(region, &fill, monitor)?;
             region.verify(&fill).map_err(Declined::Because)?;
             Ok(fill)

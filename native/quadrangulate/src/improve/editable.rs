@@ -129,14 +129,19 @@ impl Editable {
             Some(((p, (j + 1) & 3), self.is_feature(v, first)))
         };
         let mut at = start;
+        let mut feature = None;
         for _ in 0..self.around[v as usize].len() {
-            // A border or a feature is a good place to start.
-            let Some((before, false)) = clockwise(at) else {
-                start = at;
+            let Some((before, on_feature)) = clockwise(at) else {
+                feature = Some(at);
                 break;
             };
+            if on_feature && feature.is_none() {
+                feature = Some(at);
+            }
             at = before;
         }
+        // The border is the only place to start at a border vertex; elsewhere a feature is a good one.
+        start = feature.unwrap_or(start);
         let mut fan = vec![start];
         let mut at = start;
         while fan.len() <= self.around[v as usize].len() {
