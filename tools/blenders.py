@@ -135,7 +135,7 @@ class Runtime:
             **(environment or {}),
         }
         if self.chroot is not None:
-            variables["PATH"] = "/usr/local/bin:/usr/bin:/bin"
+            variables["PATH"] = "/usr/local/bin:/usr/bin:/usr/sbin:/bin:/sbin"
             seen = [REPOSITORY, home, self.packages, Path(script).resolve().parent, *mounts]
             call = [
                 "unshare", "--mount", "--propagation", "private", "sh", "-c", ENTER_CHROOT, "sh", str(self.chroot),
