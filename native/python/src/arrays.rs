@@ -79,3 +79,9 @@ pub fn rows<'py, T: numpy::Element + Copy, const W: usize>(
 pub fn index_array<'py>(py: Python<'py>, indices: &[u32]) -> Bound<'py, PyArray1<i32>> {
     PyArray1::from_iter(py, indices.iter().map(|&i| i as i32))
 }
+
+/// An (N, 2) int32 array of index pairs.
+pub fn index_pairs<'py>(py: Python<'py>, pairs: &[[u32; 2]]) -> PyResult<Bound<'py, PyArray2<i32>>> {
+    let signed: Vec<[i32; 2]> = pairs.iter().map(|pair| pair.map(|i| i as i32)).collect();
+    rows(py, &signed)
+}

@@ -121,12 +121,11 @@ fn choose<T: Copy>(option: &str, given: &str, choices: &[(&str, T)]) -> Result<T
 fn to_result(py: Python<'_>, output: Output) -> PyResult<BooleanResult> {
     let report = serde_json::to_string(&output.report)
         .map_err(|cause| errors::raise_plain::<errors::InternalError>(py, "internal", cause.to_string()))?;
-    let edges: Vec<[i32; 2]> = output.intersection_edges.iter().map(|edge| edge.map(|v| v as i32)).collect();
     Ok(BooleanResult {
         mesh: Py::new(py, Mesh::from(output.mesh))?,
         face_source: arrays::rows(py, &output.face_source)?.unbind(),
         corner_source: Py::new(py, corner_sources(py, &output.corner_source)?)?,
-        intersection_edges: arrays::rows(py, &edges)?.unbind(),
+        intersection_edges: arrays::index_pairs(py, &output.intersection_edges)?.unbind(),
         report: py.import("json")?.call_method1("loads", (report,))?.unbind(),
     })
 }
@@ -144,11 +143,11 @@ fn to_exception(py: Python<'_>, error: BooleanError) -> PyErr {
     let sentence = error.to_string();
     match error {
         BooleanError::Invalid { input, code, elements, .. } => {
-            errors::raise::<InvalidMeshError>(py, code, sentence, prefixed(["a_", "b_"][input], &elements))
+            errors::raise::<InvalidMeshError>(py, code, sentence, Some(input), prefixed("", &elements))
         }
         BooleanError::Infeasible { code, elements: [of_a, of_b], .. } => {
             let elements = prefixed("a_", &of_a).chain(prefixed("b_", &of_b));
-            errors::raise::<InfeasibleError>(py, code, sentence, elements)
+            errors::raise::<InfeasibleError>(py, code, sentence, None, elements)
         }
         BooleanError::Empty(_) => errors::raise_plain::<InfeasibleError>(py, "empty", sentence),
         BooleanError::Intersect(_) => errors::raise_plain::<InfeasibleError>(py, "intersect", sentence),

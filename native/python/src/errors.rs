@@ -1,5 +1,5 @@
-//! The exceptions of the module. Each carries `code` (a stable identifier), `elements` (kind -> index array) and a
-//! sentence that says what is wrong and what to do.
+//! The exceptions of the module. Each carries `code` (a stable identifier), `elements` (kind -> index array), `mesh`
+//! (whose elements they are) and a sentence that says what is wrong and what to do.
 
 use crate::arrays;
 use pyo3::exceptions::PyException;
@@ -10,8 +10,11 @@ pyo3::create_exception!(
     quadloom,
     QuadloomError,
     PyException,
-    "Base of every error of this module. `code`: str, a stable identifier. `elements`: dict of index arrays by kind\n\
-    (`verts`, `edges`, `faces`, `corners`); of two inputs the kinds begin with `a_` or `b_`."
+    "Base of every error of this module.\n\n\
+    code: str, a stable identifier such as \"open\".\n\
+    mesh: 0 or 1, the input the elements belong to; None when there is one input, or when both are concerned.\n\
+    elements: dict of int32 arrays by kind: \"verts\", \"faces\" and \"corners\" (N,), \"edges\" (N, 2) vertex pairs;\n\
+    when both inputs are concerned the kinds begin with \"a_\" or \"b_\"."
 );
 pyo3::create_exception!(quadloom, InvalidMeshError, QuadloomError, "An input mesh is not what the operation needs.");
 pyo3::create_exception!(quadloom, InfeasibleError, QuadloomError, "The operation has no valid result on these inputs.");
@@ -28,11 +31,12 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("InternalError", py.get_type::<InternalError>())
 }
 
-/// An exception of type `E` with its code, its sentence and the elements to look at.
+/// An exception of type `E` with its code, its sentence, the input concerned and the elements to look at.
 pub fn raise<'a, E: pyo3::PyTypeInfo>(
     py: Python<'_>,
     code: &str,
     sentence: String,
+    mesh: Option<usize>,
     elements: impl IntoIterator<Item = (String, &'a [u32])>,
 ) -> PyErr {
     let error = PyErr::new::<E, _>(sentence);
@@ -47,8 +51,10 @@ pub fn raise<'a, E: pyo3::PyTypeInfo>(
                 arrays.set_item(kind, flat)?;
             }
         }
-        error.value(py).setattr("code", code)?;
-        error.value(py).setattr("elements", arrays)
+        let value = error.value(py);
+        value.setattr("code", code)?;
+        value.setattr("mesh", mesh)?;
+        value.setattr("elements", arrays)
     };
     match fill() {
         Ok(()) => error,
@@ -58,5 +64,5 @@ pub fn raise<'a, E: pyo3::PyTypeInfo>(
 
 /// [`raise`] without elements.
 pub fn raise_plain<E: pyo3::PyTypeInfo>(py: Python<'_>, code: &str, sentence: impl Into<String>) -> PyErr {
-    raise::<E>(py, code, sentence.into(), [])
+    raise::<E>(py, code, sentence.into(), None, [])
 }

@@ -112,5 +112,5 @@ fn mesh_error(py: Python<'_>, error: &MeshError) -> PyErr {
         MeshError::VertexOutOfRange { corner, .. } => ("vertex_out_of_range", "corners", vec![corner as u32]),
         MeshError::TooLarge => ("too_large", "faces", vec![]),
     };
-    errors::raise::<InvalidMeshError>(py, code, error.to_string(), [(kind.to_owned(), element.as_slice())])
+    errors::raise::<InvalidMeshError>(py, code, error.to_string(), None, [(kind.to_owned(), element.as_slice())])
 }

@@ -4,8 +4,8 @@
 use crate::errors::{self, Cancelled, InternalError};
 use mesh::Monitor;
 use pyo3::prelude::*;
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::Arc;
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
 /// How often the waiting thread looks at `progress` and at signals.
