@@ -7,6 +7,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod defects;
 mod errors;
 mod mesh;
 mod worker;
@@ -19,5 +20,7 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     errors::register(module)?;
     module.add_class::<mesh::Mesh>()?;
+    module.add_class::<defects::Defects>()?;
+    module.add_function(wrap_pyfunction!(defects::check, module)?)?;
     Ok(())
 }
