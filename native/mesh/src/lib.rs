@@ -3,12 +3,18 @@
 //! Layer 0: knows nothing of booleans, fields or Python. Positions are in scene units, `f64`; indices are `u32`.
 //! Faces run counter-clockwise seen from outside.
 
+mod bvh;
+mod check;
+mod intersect;
 mod monitor;
 mod polygon;
 mod quality;
 mod topology;
 mod triangle;
 
+pub use bvh::{Aabb, Bvh};
+pub use check::{Defects, check};
+pub use intersect::{are_collinear, self_intersections, self_intersections_of, triangles_intersect};
 pub use monitor::{Cancelled, Monitor};
 pub use polygon::{MeshError, PolygonMesh};
 pub use quality::{face_normal, scaled_jacobian, volume};

@@ -1,5 +1,6 @@
 //! A polygon mesh in Blender's own layout: positions, face offsets, corner vertices.
 
+use crate::Aabb;
 use glam::DVec3;
 
 /// Why arrays do not describe a mesh. Geometry may still be bad: see [`crate::check`].
@@ -127,10 +128,24 @@ impl PolygonMesh {
         self.face(f).iter().map(|&v| self.positions[v as usize])
     }
 
+    /// The same faces on positions scaled about the origin.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        self.with_positions(self.positions.iter().map(|&p| p * factor).collect())
+    }
+
+    /// The same faces on other positions, one for each vertex.
+    ///
+    /// # Panics
+    /// When the number of positions differs.
+    #[must_use]
+    pub fn with_positions(&self, positions: Vec<DVec3>) -> Self {
+        assert_eq!(positions.len(), self.positions.len(), "one position for each vertex");
+        Self { positions, face_offsets: self.face_offsets.clone(), corner_verts: self.corner_verts.clone() }
+    }
+
     /// Length of the bounding-box diagonal; 0 for an empty mesh.
     pub fn diagonal(&self) -> f64 {
-        let Some(&first) = self.positions.first() else { return 0.0 };
-        let (low, high) = self.positions.iter().fold((first, first), |(l, h), &p| (l.min(p), h.max(p)));
-        low.distance(high)
+        Aabb::of(self.positions.iter().copied()).diagonal()
     }
 }
