@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from bpy.app.translations import pgettext_rpt as translated
 
 from .. import attributes, bridge, messages, native
-from ..attributes import Array, Snapshot
+from ..attributes import Snapshot
 from ..jobs import JobOperator
 from ..properties import OPERATION_SIGNS, BooleanOptions
 
@@ -78,7 +79,7 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
             return {"CANCELLED"}
         if context.mode != "OBJECT":
             bpy.ops.object.mode_set(mode="OBJECT")
-        made = self._add_result(context, inputs, snapshot, result.intersection_edges)
+        made = self._add_result(context, inputs, snapshot, result)
         self._tidy_up(context, inputs, made)
         for warning in result.report["warnings"]:
             self.report({"WARNING"}, translated(warning))
@@ -120,10 +121,10 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
         return True
 
     def _add_result(
-        self, context: bpy.types.Context, inputs: list[bpy.types.Object], snapshot: Snapshot, curve: Array
+        self, context: bpy.types.Context, inputs: list[bpy.types.Object], snapshot: Snapshot, result: Any
     ) -> bpy.types.Object:
         name = f"{inputs[0].name} {OPERATION_SIGNS[self.operation]} {inputs[1].name}"
-        on_curve = attributes.edge_indices(snapshot.edges, curve)
+        on_curve = attributes.edge_indices(snapshot.edges, result.intersection_edges)
         if self.mark_curve and self.blend_radius == 0:
             snapshot = snapshot.with_sharp_edges(on_curve)
         mesh = bridge.write(name, snapshot)
@@ -131,10 +132,11 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
             bridge.copy_active_layers(source.data, mesh)
         made = bpy.data.objects.new(name, mesh)
         bridge.assign_groups(made, snapshot)
+        made["quadloom_report"] = json.dumps(result.report)
         made.matrix_world = inputs[0].matrix_world
         context.collection.objects.link(made)
         # The seam is what an artist works on next: it is selected when Edit Mode opens.
-        bridge.select(context, made, {"edges": curve})
+        bridge.select(context, made, {"edges": result.intersection_edges})
         return made
 
     def _tidy_up(self, context: bpy.types.Context, inputs: list[bpy.types.Object], made: bpy.types.Object) -> None:
@@ -152,7 +154,7 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
 def operands(context: bpy.types.Context) -> tuple[bpy.types.Object, bpy.types.Object]:
     """A (the active object) and B (the other selected mesh)."""
     active = context.active_object
-    return active, next(obj for obj in _selected_meshes(context) if obj is not active)
+    return active, next(obj for obj in _selected_meshes(context) if obj != active)
 
 
 def why_not(context: bpy.types.Context) -> str | None:
@@ -164,7 +166,7 @@ def why_not(context: bpy.types.Context) -> str | None:
     active = context.active_object
     if active is None or active.type != "MESH":
         return translated("The active object is not a mesh")
-    others = [obj for obj in _selected_meshes(context) if obj is not active]
+    others = [obj for obj in _selected_meshes(context) if obj != active]
     if len(others) != 1:
         text = translated("Select exactly one other mesh beside the active one; now selected: {count}")
         return text.format(count=len(others))

@@ -51,7 +51,7 @@ class QUADLOOM_PT_main(bpy.types.Panel):
 
     def _say_what_happens(self, context: bpy.types.Context, layout: bpy.types.UILayout, operation: str) -> None:
         a = context.active_object
-        b = next(obj for obj in context.selected_objects if obj.type == "MESH" and obj is not a)
+        b = next(obj for obj in context.selected_objects if obj.type == "MESH" and obj != a)
         layout.label(text=translated(SENTENCES[operation]).format(a=a.name, b=b.name), icon="MESH_DATA")
         counts = [_count(context, obj) for obj in (a, b)]
         layout.label(text=f"{counts[0]} + {counts[1]}", icon="BLANK1")
