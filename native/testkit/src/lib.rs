@@ -1,1 +1,14 @@
 //! Shapes, random strategies, oracles and drawings for tests.
+//!
+//! Test code may panic: a broken fixture is a broken test. Oracles share no code with what they judge.
+
+mod fixture;
+pub mod obj;
+pub mod oracle;
+pub mod random;
+pub mod shapes;
+pub mod strategy;
+mod svg;
+
+pub use fixture::{QUAD_FIXTURES, REJECT_FIXTURES, fixture};
+pub use svg::svg;

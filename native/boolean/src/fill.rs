@@ -1,0 +1,246 @@
+//! Filling the regions: several fillers behind one interface, one judge (sections 3.2 to 3.5).
+//!
+//! A region is a piece of the band between lines of the network. Its rim (border and lines) is already made of output
+//! vertices, so that whatever fills one region fits its neighbours by vertex index.
+
+mod finish;
+mod judge;
+mod matching;
+
+
+use crate::{Filler, Options, RegionReport};
+use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// A piece of the band to be filled with quads.
+#[derive(Debug)]
+pub struct Region {
+    /// Its surface. The first [`Region::rim_count`] vertices are the rim: output vertices, fixed.
+    pub surface: TriangleMesh,
+    /// Number of rim vertices.
+    pub rim_count: usize,
+    /// Band vertex of each rim vertex.
+    pub rim: Vec<u32>,
+    /// Border loops as rim vertices, the surface on the left.
+    pub loops: Vec<Vec<u32>>,
+    /// Edges of lines inside the region (creases with this region on both sides); they must become quad edges.
+    pub inner_lines: Vec<[u32; 2]>,
+    /// Target edge length at each vertex of the surface.
+    pub size: Vec<f64>,
+}
+
+/// Quads for one region. Indices below the region's rim count are rim vertices; the rest are new, in order.
+#[derive(Debug, Clone, Default)]
+pub struct Fill {
+    /// New vertices.
+    pub positions: Vec<DVec3>,
+    /// Quads, facing as the surface does.
+    pub quads: Vec<[u32; 4]>,
+}
+
+/// Why a filler has no answer.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum Declined {
+    /// The region is not of the filler's kind, or the filler failed on it.
+    #[error("{0}")]
+    Because(String),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl Region {
+    /// Divides the resampled band into regions. `line_edges` are its line edges as sorted vertex pairs.
+    pub fn split(
+        surface: &TriangleMesh,
+        topology: &Topology,
+        is_line: &[bool],
+        region: &[u32],
+        region_count: usize,
+        size: &[f64],
+    ) -> Vec<Self> {
+        let mut members: Vec<Vec<u32>> = vec![vec![]; region_count];
+        for (t, &r) in region.iter().enumerate() {
+            members[r as usize].push(t as u32);
+        }
+        members.iter().map(|triangles| Self::cut_out(surface, topology, is_line, region, triangles, size)).collect()
+    }
+
+    fn cut_out(
+        surface: &TriangleMesh,
+        topology: &Topology,
+        is_line: &[bool],
+        region: &[u32],
+        triangles: &[u32],
+        size: &[f64],
+    ) -> Self {
+        let on_rim = |h: u32| topology.is_border(h) || is_line[h as usize];
+        let half_edges = || triangles.iter().flat_map(|&t| 3 * t..3 * t + 3);
+        let mut local: BTreeMap<u32, u32> = BTreeMap::new();
+        let mut order: Vec<u32> = half_edges()
+            .filter(|&h| on_rim(h))
+            .flat_map(|h| [topology.from(h), topology.to(h)])
+            .collect();
+        order.sort_unstable();
+        order.dedup();
+        let rim = order.clone();
+        local.extend(order.iter().enumerate().map(|(k, &v)| (v, k as u32)));
+        for h in half_edges() {
+            let v = topology.from(h);
+            local.entry(v).or_insert_with(|| {
+                order.push(v);
+                order.len() as u32 - 1
+            });
+        }
+        let cut_out = TriangleMesh {
+            positions: order.iter().map(|&v| surface.positions[v as usize]).collect(),
+            triangles: triangles.iter().map(|&t| surface.triangles[t as usize].map(|v| local[&v])).collect(),
+        };
+        let inner_lines = half_edges()
+            .filter(|&h| {
+                let o = topology.twin[h as usize];
+                is_line[h as usize] && h < o && region[(o / 3) as usize] == region[(h / 3) as usize]
+            })
+            .map(|h| [local[&topology.from(h)], local[&topology.to(h)]])
+            .collect();
+        let own = Topology::of_triangles(&cut_out);
+        let loops = own
+            .border_loops()
+            .into_iter()
+            .map(|walk| walk.into_iter().map(|h| own.from(h)).collect())
+            .collect();
+        Self {
+            rim_count: rim.len(),
+            rim,
+            loops,
+            inner_lines,
+            size: order.iter().map(|&v| size[v as usize]).collect(),
+            surface: cut_out,
+        }
+    }
+
+    /// Checks that a fill has this region's rim as its border, once round, and is a manifold of the same topology.
+    ///
+    /// # Errors
+    /// A sentence that says what is wrong with the fill.
+    pub fn verify(&self, fill: &Fill) -> Result<(), String> {
+        let count = self.rim_count + fill.positions.len();
+        if fill.quads.iter().flatten().any(|&v| v as usize >= count) {
+            return Err("a quad names a vertex that does not exist".into());
+        }
+        let topology = Topology::new(count, &fill.quads);
+        let rim: std::collections::BTreeSet<[u32; 2]> = self
+            .loops
+            .iter()
+            .flat_map(|walk| (0..walk.len()).map(|k| [walk[k], walk[(k + 1) % walk.len()]]))
+            .collect();
+        let mut border = 0;
+        for h in (0..topology.len() as u32).filter(|&h| topology.is_border(h)) {
+            border += 1;
+            if !rim.contains(&[topology.from(h), topology.to(h)]) {
+                return Err("the border of the fill is not the region's".into());
+            }
+        }
+        if border != rim.len() {
+            return Err("the fill does not reach all of the region's border".into());
+        }
+        for &[a, b] in &self.inner_lines {
+            if topology.find(a, b).is_none() && topology.find(b, a).is_none() {
+                return Err("an edge of a line is missing".into());
+            }
+        }
+        let mut corners = vec![0; count];
+        for &v in &topology.origin {
+            corners[v as usize] += 1;
+        }
+        if let Some(v) = (0..count).find(|&v| corners[v] == 0 || corners[v] != topology.around(v as u32).count()) {
+            return Err(format!("the quads at vertex {v} of the fill do not form one fan"));
+        }
+        let euler = |vertices: usize, edges: usize, faces: usize| vertices as i64 - edges as i64 + faces as i64;
+        let surface = Topology::of_triangles(&self.surface);
+        let wanted = euler(self.surface.positions.len(), surface.edges().count(), self.surface.triangles.len());
+        if euler(count, topology.edges().count(), fill.quads.len()) != wanted {
+            return Err("the fill has another topology than the region".into());
+        }
+        Ok(())
+    }
+
+    /// Positions of all vertices of a fill: rim first.
+    pub fn points(&self, fill: &Fill) -> Vec<DVec3> {
+        self.surface.positions[..self.rim_count].iter().chain(&fill.positions).copied().collect()
+    }
+}
+
+/// Fills every region with the chosen filler, or with each that can take it, and keeps the best. Regions are filled in
+/// parallel; the result does not depend on the order.
+///
+/// # Errors
+/// [`Declined`] when a region gets no valid fill.
+pub fn fill_all(
+    regions: &[Region],
+    filler: Filler,
+    scale: f64,
+    options: &Options,
+    diagonal: f64,
+    monitor: &Monitor,
+) -> Result<(Vec<Fill>, Vec<RegionReport>), Declined> {
+    let filled: Vec<(Fill, RegionReport)> = regions
+        .par_iter()
+        .map(|region| fill_region(region, filler, scale, options, diagonal, monitor))
+        .collect::<Result<_, _>>()?;
+    Ok(filled.into_iter().unzip())
+}
+
+fn fill_region(
+    region: &Region,
+    filler: Filler,
+    scale: f64,
+    options: &Options,
+    diagonal: f64,
+    monitor: &Monitor,
+) -> Result<(Fill, RegionReport), Declined> {
+    let _ = options;
+    let mut report = RegionReport {
+        filler: String::new(),
+        quads: 0,
+        loops: region.loops.len(),
+        scores: BTreeMap::new(),
+        declined: BTreeMap::new(),
+    };
+    let mut best: Option<(f64, Fill)> = None;
+    for (name, kind) in [("patches", Filler::Patches), ("rings", Filler::Rings), ("matching", Filler::Matching)] {
+        if filler != Filler::Auto && filler != kind {
+            continue;
+        }
+        let answer = match kind {
+            Filler::Matching => matching::fill(region, scale, monitor),
+            _ => continue,
+        };
+        let finished = answer.and_then(|fill| {
+            let fill = finish::finish(region, fill, monitor)?;
+            region.verify(&fill).map_err(Declined::Because)?;
+            Ok(fill)
+        });
+        match finished {
+            Ok(fill) => {
+                let score = judge::score(region, &fill, diagonal, monitor)?;
+                report.scores.insert(name.into(), score);
+                if best.as_ref().is_none_or(|(b, _)| score < *b) {
+                    name.clone_into(&mut report.filler);
+                    best = Some((score, fill));
+                }
+            }
+            Err(Declined::Cancelled(c)) => return Err(c.into()),
+            Err(Declined::Because(reason)) => {
+                report.declined.insert(name.into(), reason);
+            }
+        }
+    }
+    let Some((_, fill)) = best else {
+        let reasons: Vec<String> = report.declined.iter().map(|(name, why)| format!("{name}: {why}")).collect();
+        return Err(Declined::Because(reasons.join("; ")));
+    };
+    report.quads = fill.quads.len();
+    Ok((fill, report))
+}

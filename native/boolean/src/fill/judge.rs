@@ -1,0 +1,43 @@
+//! The judge: one number for a region's fill, the same for every filler. Lower is better.
+
+use super::{Fill, Region};
+use crate::validate::DISTANCE_LIMIT;
+use mesh::{Cancelled, DVec3, Monitor, PolygonMesh, Topology, TriangleMesh, scaled_jacobian, self_intersections};
+use surface::closest::ClosestPoint;
+
+/// What one inverted quad or one intersecting pair costs: more than any difference of shape.
+const FAULT: f64 = 10.0;
+
+/// Scaled Jacobian below which the worst quad costs extra.
+const WANTED_JACOBIAN: f64 = 0.3;
+
+/// Scores a fill by faults (inverted quads, self-intersections), distance from the surface beyond half the limit,
+/// irregular vertices per border edge, and shape (worst and mean scaled Jacobian).
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn score(region: &Region, fill: &Fill, diagonal: f64, monitor: &Monitor) -> Result<f64, Cancelled> {
+    let points = region.points(fill);
+    let at = |v: u32| points[v as usize];
+    let jacobians: Vec<f64> = fill.quads.iter().map(|q| scaled_jacobian(q.map(at))).collect();
+    let worst = jacobians.iter().fold(1.0_f64, |a, &b| a.min(b));
+    let mean = jacobians.iter().sum::<f64>() / jacobians.len().max(1) as f64;
+    let mut faults = jacobians.iter().filter(|&&j| j <= 0.0).count();
+    let quads = PolygonMesh::from_polygons(points.clone(), &fill.quads).expect("indices were verified");
+    let (triangles, _) = TriangleMesh::from_polygons(&quads);
+    faults += self_intersections(&triangles, monitor)?.len();
+
+    let target = ClosestPoint::new(&region.surface);
+    let centre = |q: &[u32; 4]| q.iter().map(|&v| at(v)).sum::<DVec3>() / 4.0;
+    let distance = fill.quads.iter().map(|q| target.project(centre(q)).distance).fold(0.0, f64::max) / diagonal;
+
+    let topology = Topology::new(points.len(), &fill.quads);
+    let inner = region.rim_count as u32..points.len() as u32;
+    let irregular = inner.map(|v| (topology.around(v).count() as f64 - 4.0).abs()).sum::<f64>();
+    let border: usize = region.loops.iter().map(Vec::len).sum();
+    Ok(FAULT * faults as f64
+        + (2.0 * distance / DISTANCE_LIMIT - 1.0).max(0.0)
+        + irregular / border as f64
+        + 4.0 * (1.0 - mean)
+        + 5.0 * (WANTED_JACOBIAN - worst).max(0.0))
+}

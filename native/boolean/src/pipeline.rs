@@ -1,0 +1,237 @@
+//! The pipeline: check, triangulate, intersect, retract, plan the lines, fill, stitch, finish, validate; and the
+//! retries when validation finds fault.
+
+use crate::attributes::corner_sources;
+use crate::band::{self, Band};
+use crate::fill::{self, Declined};
+use crate::intersect::{Cut, Input, intersect};
+use crate::plan::{self, OddRegions};
+use crate::polychord::{Strips, odd_borders};
+use crate::resample::resample;
+use crate::retract::retract;
+use crate::stitch::{Stitched, stitch};
+use crate::validate::{Verdict, validate};
+use crate::{BooleanError, Filler, Operation, Options, Output, RegionReport, Report, inspect};
+use mesh::{Monitor, PolygonMesh};
+use std::time::Instant;
+
+/// What is varied when validation fails: edge length on the lines and in the band, width of the band, filler.
+#[derive(Debug, Clone, Copy)]
+struct Attempt {
+    scale: f64,
+    distance: f64,
+    filler: Filler,
+}
+
+/// Boolean of two closed, manifold, pure-quad meshes that keeps every quad the cut does not touch.
+///
+/// `a` and `b` share one coordinate frame, in scene units. Same input, same output, whatever the number of threads.
+/// Costs what the exact boolean costs, O(n log n), plus work in proportion to the band along the cut.
+///
+/// # Errors
+/// [`BooleanError`]: an invalid input with its elements, an option out of range, an empty result, or a region that no
+/// filler could mesh.
+///
+/// # Source
+/// Nuvoli et al., `QuadMixer`, 2019; DESIGN and docs/papers.md list the deviations.
+pub fn boolean(
+    a: &PolygonMesh,
+    b: &PolygonMesh,
+    operation: Operation,
+    options: &Options,
+    monitor: &Monitor,
+) -> Result<Output, BooleanError> {
+    let mut clock = Clock::default();
+    options.check()?;
+    monitor.stage("check", 0.0)?;
+    inspect::inspect(a, 0, monitor)?;
+    inspect::inspect(b, 1, monitor)?;
+    clock.lap("check");
+    let inputs = [Input::new(a), Input::new(b)];
+    clock.lap("triangulate");
+    monitor.stage("intersect", 0.1)?;
+    let cut = intersect(&inputs, operation, monitor)?;
+    clock.lap("intersect");
+
+    let mut job = Job { inputs: &inputs, operation, cut: &cut, options, monitor, clock, retries: vec![] };
+    let done = job.run()?;
+    job.report(done)
+}
+
+#[derive(Debug, Default)]
+struct Clock {
+    last: Option<Instant>,
+    seconds: std::collections::BTreeMap<String, f64>,
+}
+
+impl Clock {
+    /// Books the time since the last lap to a stage.
+    fn lap(&mut self, stage: &str) {
+        let now = Instant::now();
+        let start = self.last.replace(now).unwrap_or(now);
+        *self.seconds.entry(stage.to_owned()).or_default() += (now - start).as_secs_f64();
+    }
+}
+
+fn infeasible(code: &'static str, sentence: String) -> BooleanError {
+    BooleanError::Infeasible { code, sentence, elements: Default::default() }
+}
+
+struct Job<'a> {
+    inputs: &'a [Input<'a>; 2],
+    operation: Operation,
+    cut: &'a Cut,
+    options: &'a Options,
+    monitor: &'a Monitor,
+    clock: Clock,
+    retries: Vec<String>,
+}
+
+struct Done {
+    band: Band,
+    stitched: Stitched,
+    lines: Vec<[u32; 2]>,
+    regions: Vec<RegionReport>,
+    verdict: Verdict,
+}
+
+impl Job<'_> {
+    fn attempts(&self) -> Vec<Attempt> {
+        let (distance, filler) = (self.options.retraction_distance, self.options.filler);
+        let mut list: Vec<Attempt> =
+            [1.0, 0.75, 0.6, 0.5].map(|scale| Attempt { scale, distance, filler }).to_vec();
+        list.extend([1.0, 0.6].map(|scale| Attempt { scale, distance: distance + 1.0, filler }));
+        if filler == Filler::Auto {
+            list.extend([0.75, 0.5].map(|scale| Attempt { scale, distance, filler: Filler::Matching }));
+        }
+        list
+    }
+
+    fn run(&mut self) -> Result<Done, BooleanError> {
+        let mut best: Option<Done> = None;
+        let attempts = self.attempts();
+        let count = attempts.len();
+        for (k, attempt) in attempts.into_iter().enumerate() {
+            self.monitor.stage("retract", 0.2 + 0.7 * k as f64 / count as f64)?;
+            let done = match self.attempt(attempt) {
+                Ok(done) => done,
+                Err(BooleanError::Infeasible { sentence, .. }) => {
+                    self.note(attempt, &sentence);
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            if !done.verdict.is_valid() {
+                self.note(attempt, &done.verdict.complaints());
+            }
+            let valid = done.verdict.is_valid();
+            if best.as_ref().is_none_or(|b| done.verdict.score() < b.verdict.score()) {
+                best = Some(done);
+            }
+            if valid {
+                break;
+            }
+        }
+        match best {
+            Some(done) if done.verdict.topology.is_ok() => Ok(done),
+            _ => Err(BooleanError::Infeasible {
+                code: "no_fill",
+                sentence: format!(
+                    "no valid quad mesh was found along the cut ({}); move one object slightly or subdivide the coarser one",
+                    self.retries.join("; ")
+                ),
+                elements: Default::default(),
+            }),
+        }
+    }
+
+    fn note(&mut self, attempt: Attempt, complaint: &str) {
+        self.retries.push(format!(
+            "size {} at distance {} with {:?}: {complaint}",
+            attempt.scale, attempt.distance, attempt.filler
+        ));
+    }
+
+    fn attempt(&mut self, attempt: Attempt) -> Result<Done, BooleanError> {
+        let (inputs, cut, monitor) = (self.inputs, self.cut, self.monitor);
+        let curve_edge = attempt.scale * plan::mean_curve_length(inputs, cut);
+        let kept = retract(inputs, cut, attempt.distance, curve_edge, self.options, monitor)?;
+        self.clock.lap("retract");
+        let diagonal = mesh::Aabb::of(cut.surface.positions.iter().copied()).diagonal();
+        let mut strips = Strips::default();
+        let (band, plan) = loop {
+            let band = band::extract(inputs, cut, &kept, &strips, self.options);
+            match plan::plan(inputs, &band, diagonal, attempt.scale, monitor) {
+                Ok(plan) => break (band, plan),
+                Err(OddRegions(odd)) => {
+                    monitor.check()?;
+                    if !strips.split_shortest(inputs, &kept, &odd_borders(&band)) {
+                        return Err(infeasible("odd", format!("{} regions along the cut have an odd border", odd.len())));
+                    }
+                }
+            }
+        };
+        let resampled = resample(&band, &plan, monitor)?;
+        self.clock.lap("plan");
+        monitor.stage("fill", monitor.progress().1)?;
+        let regions = resampled.regions(&band)?;
+        let (fills, reports) = fill::fill_all(&regions, attempt.filler, attempt.scale, self.options, diagonal, monitor)
+            .map_err(|declined| match declined {
+                Declined::Cancelled(cancelled) => cancelled.into(),
+                Declined::Because(reason) => infeasible("no_fill", reason),
+            })?;
+        self.clock.lap("fill");
+        let stitched = stitch(
+            inputs,
+            self.operation,
+            &kept,
+            &strips,
+            &resampled.surface.positions,
+            &resampled.border_vertex,
+            &regions,
+            &fills,
+        );
+        self.clock.lap("stitch");
+        let lines = resampled
+            .arcs
+            .iter()
+            .zip(&band.arcs)
+            .filter(|(_, arc)| arc.on_curve)
+            .flat_map(|(path, _)| path.windows(2).map(|w| [w[0], w[1]].map(|v| stitched.band_vertex[v as usize])))
+            .collect();
+        monitor.stage("validate", monitor.progress().1)?;
+        let verdict = validate(&stitched, cut, &band, diagonal, monitor)?;
+        self.clock.lap("validate");
+        Ok(Done { band, stitched, lines, regions: reports, verdict })
+    }
+
+    fn report(mut self, done: Done) -> Result<Output, BooleanError> {
+        self.monitor.stage("attributes", 0.95)?;
+        let corner_source = corner_sources(self.inputs, self.operation, &done.band, &done.stitched);
+        self.clock.lap("attributes");
+        let mesh = done.stitched.mesh;
+        let faces_kept = done.stitched.face_source.iter().filter(|s| s[0] >= 0).count();
+        let mut warnings = Vec::new();
+        if !done.verdict.is_valid() {
+            warnings.push(format!("the result is not flawless: {}", done.verdict.complaints()));
+        }
+        if faces_kept == 0 {
+            warnings.push("no quad of either input lies beyond the cut: everything was remade".to_owned());
+        }
+        let report = Report {
+            faces_kept,
+            faces_new: mesh.face_count() - faces_kept,
+            faces_moved: 0,
+            irregular_vertices: done.verdict.irregular,
+            scaled_jacobian_min: done.verdict.jacobian_min,
+            scaled_jacobian_mean: done.verdict.jacobian_mean,
+            regions: done.regions,
+            curves: done.band.arcs.iter().filter(|a| a.on_curve && a.is_closed()).count(),
+            quads_whole: self.cut.whole.iter().flatten().flatten().count(),
+            retries: self.retries,
+            warnings,
+            seconds: self.clock.seconds,
+        };
+        Ok(Output { mesh, face_source: done.stitched.face_source, corner_source, intersection_edges: done.lines, report })
+    }
+}

@@ -1,0 +1,284 @@
+//! The plan of the lines: into how many edges the intersection curve and each crease are divided, and where.
+//!
+//! Not in the paper, whose border counts are all given; here the curve is a line of the layout and its count is free.
+//! A quad mesh of a region needs an even border (3.4), so the free counts are adjusted by a T-join over the regions.
+
+use crate::band::{Arc, Band};
+use crate::intersect::{Cut, Input};
+use mesh::{Topology, TriangleMesh};
+use mesh::Monitor;
+use solve::tjoin::t_join;
+
+/// Largest distance between a planned chord and the line, as a fraction of the bounding-box diagonal.
+const CHORD_ERROR: f64 = 0.0015;
+
+/// Fewest edges of a closed line.
+const FEWEST_ON_LOOP: usize = 4;
+
+/// Sweeps that spread edge lengths from the border and the curve into the band.
+const SIZE_SWEEPS: usize = 60;
+
+/// Each line's division.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// For each arc, the arc-length parameters in (0, 1) of its inner vertices, rising.
+    pub positions: Vec<Vec<f64>>,
+    /// Target edge length at each band vertex, scene units.
+    pub size: Vec<f64>,
+}
+
+impl Plan {
+    /// Number of edges of arc `k`.
+    pub fn count(&self, k: usize) -> usize {
+        self.positions[k].len() + 1
+    }
+}
+
+/// The regions whose border is odd and cannot be made even by moving counts along lines they share.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OddRegions(pub Vec<u32>);
+
+/// Edge length wanted on the curve between quads of lengths `a` and `b`.
+pub fn curve_length(a: f64, b: f64) -> f64 {
+    (a * b).sqrt().min(2.0 * a.min(b))
+}
+
+/// Mean planned edge length on all curves, from the exact boolean alone.
+pub fn mean_curve_length(inputs: &[Input<'_>; 2], cut: &Cut) -> f64 {
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for h in cut.topology.edges().filter(|&h| cut.on_curve(h)) {
+        let o = cut.topology.twin[h as usize];
+        let [a, b] = [h, o].map(|h| {
+            let s = cut.source[(h / 3) as usize];
+            let input = &inputs[s.mesh as usize];
+            input.edge_length[input.quad_of[s.triangle as usize] as usize]
+        });
+        let length = cut.surface.positions[cut.topology.from(h) as usize]
+            .distance(cut.surface.positions[cut.topology.to(h) as usize]);
+        sum += length * curve_length(a, b);
+        weight += length;
+    }
+    if weight > 0.0 { sum / weight } else { 0.0 }
+}
+
+/// Plans all lines; `scale` multiplies the edge lengths (retries use less than one).
+///
+/// # Errors
+/// [`OddRegions`] when the borders of a group of regions that share lines sum to an odd number.
+pub fn plan(
+    inputs: &[Input<'_>; 2],
+    band: &Band,
+    diagonal: f64,
+    scale: f64,
+    monitor: &Monitor,
+) -> Result<Plan, OddRegions> {
+    let size = size_field(inputs, band, diagonal, scale);
+    let mut ideal = Vec::with_capacity(band.arcs.len());
+    let mut counts: Vec<usize> = Vec::with_capacity(band.arcs.len());
+    for arc in &band.arcs {
+        let measure = Measure::new(arc, &band.surface, &size);
+        let wanted = *measure.density.last().expect("two points");
+        let fewest = if arc.is_closed() { FEWEST_ON_LOOP } else { 1 };
+        let mut count = (wanted.round() as usize).max(fewest);
+        let most = (4 * count).max(16);
+        while count < most && measure.chord_error(&measure.positions(count)) > CHORD_ERROR * diagonal {
+            count += 1;
+        }
+        ideal.push(wanted.max(count as f64 - 0.5));
+        counts.push(count);
+    }
+    make_borders_long_enough(band, &mut counts);
+    make_borders_even(band, &ideal, &mut counts, monitor)?;
+    let positions = band
+        .arcs
+        .iter()
+        .zip(&counts)
+        .map(|(arc, &count)| Measure::new(arc, &band.surface, &size).positions(count))
+        .collect();
+    Ok(Plan { positions, size })
+}
+
+/// An arc with its length, and the number of edges it would hold, up to each of its vertices.
+struct Measure {
+    points: Vec<mesh::DVec3>,
+    length: Vec<f64>,
+    density: Vec<f64>,
+}
+
+impl Measure {
+    fn new(arc: &Arc, surface: &TriangleMesh, size: &[f64]) -> Self {
+        let points: Vec<_> = arc.points(surface).collect();
+        let (mut length, mut density) = (vec![0.0], vec![0.0]);
+        for k in 1..points.len() {
+            let step = points[k].distance(points[k - 1]);
+            let [a, b] = [k - 1, k].map(|k| size[arc.vertices[k] as usize]);
+            length.push(length[k - 1] + step);
+            density.push(density[k - 1] + step * 0.5 * (1.0 / a + 1.0 / b));
+        }
+        Self { points, length, density }
+    }
+
+    /// Arc-length parameters of the inner vertices of `count` edges, spread by density.
+    fn positions(&self, count: usize) -> Vec<f64> {
+        let (total, length) = (self.density[self.density.len() - 1], self.length[self.length.len() - 1]);
+        let mut k = 1;
+        (1..count)
+            .map(|i| {
+                let target = total * i as f64 / count as f64;
+                while k + 1 < self.density.len() && self.density[k] < target {
+                    k += 1;
+                }
+                let (d0, d1) = (self.density[k - 1], self.density[k]);
+                let part = if d1 > d0 { ((target - d0) / (d1 - d0)).clamp(0.0, 1.0) } else { 0.0 };
+                (self.length[k - 1] + part * (self.length[k] - self.length[k - 1])) / length
+            })
+            .collect()
+    }
+
+    /// Largest distance from a vertex of the arc to the chord that replaces it.
+    fn chord_error(&self, positions: &[f64]) -> f64 {
+        let length = self.length[self.length.len() - 1];
+        let at = |t: f64| {
+            let s = t * length;
+            let k = self.length.partition_point(|&l| l < s).clamp(1, self.length.len() - 1);
+            let (l0, l1) = (self.length[k - 1], self.length[k]);
+            let part = if l1 > l0 { (s - l0) / (l1 - l0) } else { 0.0 };
+            self.points[k - 1].lerp(self.points[k], part)
+        };
+        let mut worst = 0.0_f64;
+        let (mut from, mut k) = (0.0, 0);
+        for &to in positions.iter().chain(std::iter::once(&1.0)) {
+            let (p, q) = (at(from), at(to));
+            let along = (q - p).normalize_or_zero();
+            while k < self.points.len() && self.length[k] <= to * length {
+                let d = self.points[k] - p;
+                worst = worst.max((d - along * d.dot(along)).length());
+                k += 1;
+            }
+            from = to;
+        }
+        worst
+    }
+}
+
+/// Target edge length at each band vertex: given at the border (its own edges) and on the curve, spread between.
+fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, scale: f64) -> Vec<f64> {
+    let (surface, topology) = (&band.surface, &band.topology);
+    let count = surface.positions.len();
+    let at = |v: u32| surface.positions[v as usize];
+    let own = |t: u32| {
+        let s = band.source[t as usize];
+        let input = &inputs[s.mesh as usize];
+        input.edge_length[input.quad_of[s.triangle as usize] as usize]
+    };
+    let mut sum = vec![0.0; count];
+    let mut weight = vec![0.0; count];
+    let mut fixed = vec![false; count];
+    for h in topology.edges() {
+        let (a, b, o) = (topology.from(h), topology.to(h), topology.twin[h as usize]);
+        let length = at(a).distance(at(b));
+        let wanted = if o == mesh::NONE {
+            length
+        } else if band.source[(h / 3) as usize].mesh != band.source[(o / 3) as usize].mesh {
+            scale * curve_length(own(h / 3), own(o / 3))
+        } else {
+            continue;
+        };
+        for v in [a, b] {
+            fixed[v as usize] = true;
+            sum[v as usize] += wanted * length.max(1e-300);
+            weight[v as usize] += length.max(1e-300);
+        }
+    }
+    let mean = inputs.iter().map(|i| i.edge_length.iter().sum::<f64>() / i.edge_length.len() as f64).sum::<f64>() / 2.0;
+    let known = (0..count).filter(|&v| fixed[v]).map(|v| sum[v] / weight[v]);
+    let start = known.clone().sum::<f64>() / (known.count().max(1) as f64);
+    let start = if start > 0.0 { start } else { mean };
+    let mut size: Vec<f64> = (0..count).map(|v| if fixed[v] { sum[v] / weight[v] } else { start }).collect();
+    for _ in 0..SIZE_SWEEPS {
+        for v in 0..count as u32 {
+            if fixed[v as usize] {
+                continue;
+            }
+            let (mut total, mut weights) = (0.0, 0.0);
+            for_each_neighbour(topology, v, |u| {
+                let w = 1.0 / at(u).distance(at(v)).max(1e-9 * diagonal);
+                total += w * size[u as usize];
+                weights += w;
+            });
+            if weights > 0.0 {
+                size[v as usize] = total / weights;
+            }
+        }
+    }
+    size
+}
+
+/// Calls `f` for every neighbour of `v`, the last one of a border fan included.
+pub fn for_each_neighbour(topology: &Topology, v: u32, mut f: impl FnMut(u32)) {
+    let mut last = mesh::NONE;
+    for h in topology.around(v) {
+        f(topology.to(h));
+        last = h;
+    }
+    if last != mesh::NONE {
+        let back = topology.prev[last as usize];
+        if topology.is_border(back) {
+            f(topology.from(back));
+        }
+    }
+}
+
+/// Border length of each region in edges: fixed edges to kept quads, plus lines, twice where both sides are the region.
+fn border_counts(band: &Band, counts: &[usize]) -> Vec<usize> {
+    let mut border = vec![0; band.region_count];
+    for h in 0..band.topology.len() as u32 {
+        if band.topology.is_border(h) {
+            border[band.region[(h / 3) as usize] as usize] += 1;
+        }
+    }
+    for (arc, &count) in band.arcs.iter().zip(counts) {
+        for r in arc.regions {
+            border[r as usize] += count;
+        }
+    }
+    border
+}
+
+/// A quad mesh needs four border edges: regions between short lines get them.
+fn make_borders_long_enough(band: &Band, counts: &mut [usize]) {
+    loop {
+        let border = border_counts(band, counts);
+        let short = |arc: &Arc| arc.regions.iter().any(|&r| border[r as usize] < 4);
+        let Some(k) = (0..band.arcs.len()).filter(|&k| short(&band.arcs[k])).min_by_key(|&k| counts[k]) else {
+            return;
+        };
+        counts[k] += 1;
+    }
+}
+
+fn make_borders_even(
+    band: &Band,
+    ideal: &[f64],
+    counts: &mut [usize],
+    monitor: &Monitor,
+) -> Result<(), OddRegions> {
+    let border = border_counts(band, counts);
+    let odd: Vec<u32> = (0..band.region_count as u32).filter(|&r| border[r as usize] % 2 == 1).collect();
+    if odd.is_empty() {
+        return Ok(());
+    }
+    // One edge more on a line is always possible; the relative change of its edge length is what it costs.
+    let edges: Vec<(u32, u32, f64)> = band
+        .arcs
+        .iter()
+        .zip(ideal)
+        .zip(counts.iter())
+        .map(|((arc, &ideal), &n)| (arc.regions[0], arc.regions[1], ((n + 1) as f64 / ideal).ln().abs()))
+        .collect();
+    let join = t_join(band.region_count, &edges, &odd, &|| monitor.is_cancelled()).map_err(|_| OddRegions(odd))?;
+    for k in join {
+        counts[k] += 1;
+    }
+    Ok(())
+}

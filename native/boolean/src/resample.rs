@@ -1,0 +1,112 @@
+//! The planned lines put into the band's surface: afterwards its rim consists of output vertices only.
+
+use crate::band::{self, Band};
+use crate::fill::Region;
+use crate::plan::Plan;
+use crate::{BooleanError, Elements};
+use mesh::{Monitor, NONE, Topology, TriangleMesh};
+use std::collections::BTreeMap;
+use surface::resample::{Chain, resample_chains};
+
+/// The band with its lines divided as planned.
+#[derive(Debug)]
+pub struct Resampled {
+    /// The surface.
+    pub surface: TriangleMesh,
+    /// Input mesh and vertex of each border vertex.
+    pub border_vertex: Vec<Option<(u8, u32)>>,
+    /// Vertices of each arc.
+    pub arcs: Vec<Vec<u32>>,
+    /// Region of the band triangle that each triangle comes from.
+    region: Vec<u32>,
+    /// Target edge length at each vertex.
+    pub size: Vec<f64>,
+}
+
+/// Divides the lines.
+///
+/// # Errors
+/// [`BooleanError::Infeasible`] when a line cannot be divided without breaking the surface's topology.
+pub fn resample(band: &Band, plan: &Plan, monitor: &Monitor) -> Result<Resampled, BooleanError> {
+    let chains: Vec<Chain> = band
+        .arcs
+        .iter()
+        .zip(&plan.positions)
+        .map(|(arc, positions)| Chain { vertices: arc.vertices.clone(), positions: positions.clone() })
+        .collect();
+    let done = resample_chains(&band.surface, &chains, monitor).map_err(|error| match monitor.check() {
+        Err(cancelled) => cancelled.into(),
+        Ok(()) => BooleanError::Infeasible {
+            code: "line",
+            sentence: format!("a line along the cut could not be divided ({error})"),
+            elements: [Elements::new(), Elements::new()],
+        },
+    })?;
+    let mut border_vertex = vec![None; done.mesh.positions.len()];
+    for (old, &new) in done.vertex.iter().enumerate() {
+        if new != NONE {
+            border_vertex[new as usize] = band.border_vertex[old];
+        }
+    }
+    let region: Vec<u32> = done.source.iter().map(|&t| band.region[t as usize]).collect();
+    let size = sizes(band, plan, &done.mesh, &done.vertex, &done.source);
+    Ok(Resampled { surface: done.mesh, border_vertex, arcs: done.chains, region, size })
+}
+
+/// Target sizes on the new surface: kept at kept vertices, the mean of the source triangle at new ones.
+fn sizes(band: &Band, plan: &Plan, mesh: &TriangleMesh, vertex: &[u32], source: &[u32]) -> Vec<f64> {
+    let mut size = vec![0.0; mesh.positions.len()];
+    for (triangle, &old) in mesh.triangles.iter().zip(source) {
+        let corners = band.surface.triangles[old as usize];
+        let mean = corners.iter().map(|&v| plan.size[v as usize]).sum::<f64>() / 3.0;
+        for &v in triangle {
+            if size[v as usize] == 0.0 {
+                size[v as usize] = mean;
+            }
+        }
+    }
+    for (old, &new) in vertex.iter().enumerate() {
+        if new != NONE {
+            size[new as usize] = plan.size[old];
+        }
+    }
+    size
+}
+
+impl Resampled {
+    /// The regions, each on its own, in the band's order.
+    ///
+    /// # Errors
+    /// [`BooleanError::Infeasible`] when dividing a line joined or split regions.
+    pub fn regions(&self, band: &Band) -> Result<Vec<Region>, BooleanError> {
+        let topology = Topology::of_triangles(&self.surface);
+        let mut is_line = vec![false; topology.len()];
+        for path in &self.arcs {
+            for pair in path.windows(2) {
+                for h in [topology.find(pair[0], pair[1]), topology.find(pair[1], pair[0])].into_iter().flatten() {
+                    is_line[h as usize] = true;
+                }
+            }
+        }
+        // Flips near a line may have moved single triangles to a neighbour: a region is what lies between lines, and
+        // is named by most of its triangles.
+        let (piece, pieces) = band::flood(&topology, |h| is_line[h as usize], self.surface.triangles.len());
+        let mut votes = vec![BTreeMap::<u32, usize>::new(); pieces];
+        for (&p, &r) in piece.iter().zip(&self.region) {
+            *votes[p as usize].entry(r).or_default() += 1;
+        }
+        let name: Vec<u32> =
+            votes.iter().map(|v| *v.iter().max_by_key(|&(&r, &n)| (n, u32::MAX - r)).expect("a triangle").0).collect();
+        let mut names = name.clone();
+        names.sort_unstable();
+        if names != (0..band.region_count as u32).collect::<Vec<_>>() {
+            return Err(BooleanError::Infeasible {
+                code: "line",
+                sentence: "the lines along the cut are too close together to be divided separately".into(),
+                elements: [Elements::new(), Elements::new()],
+            });
+        }
+        let region: Vec<u32> = piece.iter().map(|&p| name[p as usize]).collect();
+        Ok(Region::split(&self.surface, &topology, &is_line, &region, band.region_count, &self.size))
+    }
+}

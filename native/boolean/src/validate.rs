@@ -1,0 +1,188 @@
+//! Validation: the result is judged by the same measures as acceptance, before the caller sees it.
+
+use crate::Cancelled;
+use crate::band::Band;
+use crate::intersect::Cut;
+use crate::stitch::Stitched;
+use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, scaled_jacobian, volume};
+use surface::closest::ClosestPoint;
+
+/// Largest allowed distance from the exact boolean, as a fraction of the diagonal, with smoothing off.
+pub const DISTANCE_LIMIT: f64 = 0.005;
+
+/// Largest allowed change of volume, relative.
+pub const VOLUME_LIMIT: f64 = 0.01;
+
+/// What was found.
+#[derive(Debug, Clone, Default)]
+pub struct Verdict {
+    /// Closed, manifold and oriented, with the exact boolean's Euler characteristic and number of components.
+    pub topology: Result<(), String>,
+    /// New faces whose scaled Jacobian is not positive.
+    pub inverted: Vec<u32>,
+    /// Pairs of faces, one of them new, that intersect.
+    pub intersecting: Vec<[u32; 2]>,
+    /// Largest distance between the band and the new faces, fraction of the diagonal.
+    pub distance: f64,
+    /// Relative error of the volume.
+    pub volume_error: f64,
+    /// Least scaled Jacobian of the new faces.
+    pub jacobian_min: f64,
+    /// Mean scaled Jacobian of the new faces.
+    pub jacobian_mean: f64,
+    /// Vertices of new faces whose valence is not four.
+    pub irregular: usize,
+}
+
+impl Verdict {
+    /// Nothing to complain of.
+    pub fn is_valid(&self) -> bool {
+        self.topology.is_ok()
+            && self.inverted.is_empty()
+            && self.intersecting.is_empty()
+            && self.distance <= DISTANCE_LIMIT
+            && self.volume_error <= VOLUME_LIMIT
+    }
+
+    /// Lower is better; an invalid topology is infinitely bad.
+    pub fn score(&self) -> f64 {
+        if self.topology.is_err() {
+            return f64::INFINITY;
+        }
+        (self.inverted.len() + self.intersecting.len()) as f64
+            + (self.distance / DISTANCE_LIMIT - 1.0).max(0.0)
+            + (self.volume_error / VOLUME_LIMIT - 1.0).max(0.0)
+            + 0.1 * (1.0 - self.jacobian_mean)
+    }
+
+    /// The complaints in words.
+    pub fn complaints(&self) -> String {
+        let mut words = Vec::new();
+        if let Err(reason) = &self.topology {
+            words.push(reason.clone());
+        }
+        if !self.inverted.is_empty() {
+            words.push(format!("{} inverted quads", self.inverted.len()));
+        }
+        if !self.intersecting.is_empty() {
+            words.push(format!("{} pairs of intersecting faces", self.intersecting.len()));
+        }
+        if self.distance > DISTANCE_LIMIT {
+            words.push(format!("{:.2}% of the diagonal away from the exact boolean", 100.0 * self.distance));
+        }
+        if self.volume_error > VOLUME_LIMIT {
+            words.push(format!("{:.2}% of the volume lost or won", 100.0 * self.volume_error));
+        }
+        words.join(", ")
+    }
+}
+
+/// Vertices, edges and faces in use: V - E + F and the number of pieces.
+pub fn euler_and_components(vertex_count: usize, topology: &Topology) -> (i64, usize) {
+    let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
+    fn find(parent: &mut [u32], mut v: u32) -> u32 {
+        while parent[v as usize] != v {
+            parent[v as usize] = parent[parent[v as usize] as usize];
+            v = parent[v as usize];
+        }
+        v
+    }
+    let mut edges = 0;
+    for h in topology.edges() {
+        edges += 1;
+        let (a, b) = (find(&mut parent, topology.from(h)), find(&mut parent, topology.to(h)));
+        parent[a.max(b) as usize] = a.min(b);
+    }
+    let used: Vec<u32> = (0..vertex_count as u32).filter(|&v| topology.outgoing[v as usize] != NONE).collect();
+    let components = used.iter().filter(|&&v| parent[v as usize] == v).count();
+    let faces = topology.face.last().map_or(0, |f| *f as usize + 1);
+    (used.len() as i64 - edges + faces as i64, components)
+}
+
+fn check_topology(mesh: &PolygonMesh, topology: &Topology, cut: &Cut) -> Result<(), String> {
+    let open = (0..topology.len() as u32).filter(|&h| topology.is_border(h)).count();
+    if open > 0 {
+        return Err(format!("{open} open or non-manifold edges"));
+    }
+    let mut corners = vec![0; mesh.vertex_count()];
+    for &v in &topology.origin {
+        corners[v as usize] += 1;
+    }
+    let pinched = (0..mesh.vertex_count()).filter(|&v| corners[v] != topology.around(v as u32).count()).count();
+    if pinched > 0 {
+        return Err(format!("{pinched} vertices where the surface touches itself"));
+    }
+    let (euler, components) = euler_and_components(mesh.vertex_count(), topology);
+    let (wanted, pieces) = euler_and_components(cut.surface.positions.len(), &cut.topology);
+    if euler != wanted || components != pieces {
+        return Err(format!(
+            "Euler characteristic {euler} in {components} pieces, where the exact boolean has {wanted} in {pieces}"
+        ));
+    }
+    Ok(())
+}
+
+/// Judges a stitched result. Costs O(n) for the topology and O(k log n) for the k new faces.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn validate(stitched: &Stitched, cut: &Cut, band: &Band, diagonal: f64, monitor: &Monitor) -> Result<Verdict, Cancelled> {
+    let mesh = &stitched.mesh;
+    let topology = Topology::of(mesh);
+    let mut verdict = Verdict { topology: check_topology(mesh, &topology, cut), jacobian_min: 1.0, ..Verdict::default() };
+    let new: Vec<u32> = (0..mesh.face_count() as u32).filter(|&f| stitched.face_source[f as usize][0] < 0).collect();
+    let mut sum = 0.0;
+    for &f in &new {
+        let p: Vec<DVec3> = mesh.face_points(f as usize).collect();
+        let jacobian = scaled_jacobian([p[0], p[1], p[2], p[3]]);
+        sum += jacobian;
+        verdict.jacobian_min = verdict.jacobian_min.min(jacobian);
+        if jacobian <= 0.0 {
+            verdict.inverted.push(f);
+        }
+    }
+    verdict.jacobian_mean = if new.is_empty() { 1.0 } else { sum / new.len() as f64 };
+    let mut vertices: Vec<u32> = new.iter().flat_map(|&f| mesh.face(f as usize).iter().copied()).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    verdict.irregular = vertices.iter().filter(|&&v| topology.around(v).count() != 4).count();
+
+    let (triangles, face_of) = TriangleMesh::from_polygons(mesh);
+    let subset: Vec<u32> = (0..triangles.triangles.len() as u32)
+        .filter(|&t| stitched.face_source[face_of[t as usize] as usize][0] < 0)
+        .collect();
+    let mut pairs: Vec<[u32; 2]> = mesh::self_intersections_of(&triangles, &subset, monitor)?
+        .into_iter()
+        .map(|p| p.map(|t| face_of[t as usize]))
+        .collect();
+    pairs.dedup();
+    verdict.intersecting = pairs;
+    if !new.is_empty() {
+        verdict.distance = distance(&triangles, &subset, band, monitor)? / diagonal;
+    }
+    let exact = volume(&cut.surface);
+    verdict.volume_error = (volume(&triangles) - exact).abs() / exact.abs().max(1e-300);
+    Ok(verdict)
+}
+
+/// Largest distance between the band and the new triangles, both ways, sampled at corners, edge middles and centres.
+fn distance(triangles: &TriangleMesh, new: &[u32], band: &Band, monitor: &Monitor) -> Result<f64, Cancelled> {
+    let made = TriangleMesh {
+        positions: triangles.positions.clone(),
+        triangles: new.iter().map(|&t| triangles.triangles[t as usize]).collect(),
+    };
+    let mut worst = 0.0_f64;
+    for (from, to) in [(&made, &band.surface), (&band.surface, &made)] {
+        let target = ClosestPoint::new(to);
+        for t in 0..from.triangles.len() {
+            if t % 256 == 0 {
+                monitor.check()?;
+            }
+            let [a, b, c] = from.points(t);
+            for p in [a, b.midpoint(c), (a + b + c) / 3.0] {
+                worst = worst.max(target.project(p).distance);
+            }
+        }
+    }
+    Ok(worst)
+}
