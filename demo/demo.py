@@ -83,13 +83,16 @@ def run(name: str, operation: str, studio: pictures.Studio, out: Path, place: np
     pictures.color_new_faces(made, (a, b), materials)
 
     stem = out / f"{name}-{operation}".replace(" ", "-")
-    studio.shoot([a, b], pair.view, f"{stem}-before.png")
-    studio.shoot([made], pair.view, f"{stem}-after.png", frame=[a, b])
+    frame = [b] if pair.frame_b else [a, b]
+    before = out / f"{name}-before.png".replace(" ", "-")
+    if operation == pair.operations[0]:
+        studio.shoot([a, b], pair.view, str(before), frame)
+    studio.shoot([made], pair.view, f"{stem}-after.png", frame)
     studio.shoot_seam(made, pair.view, f"{stem}-seam.png")
     for obj in (a, b):
         obj.hide_set(True)
         obj.hide_render = True
-    print(f"{name}, {operation}: {seconds:.2f} s -> {stem.name}-*.png", flush=True)
+    print(f"{name}, {operation}: {seconds:.2f} s, pictures {before.name}, {stem.name}-after.png and -seam.png", flush=True)
     return {"name": f"{name}, {operation}", "seconds": seconds, "report": report, "exact": exact}
 
 

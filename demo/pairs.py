@@ -15,11 +15,14 @@ UPRIGHT = Matrix.Rotation(pi / 2, 4, "X")
 
 @dataclass(frozen=True)
 class Pair:
-    """Two objects, the operations shown, and where the camera stands (a direction from the object)."""
+    """Two objects, the operations shown, and how."""
 
     build: Callable[[], tuple[bpy.types.Object, bpy.types.Object]]
     operations: tuple[str, ...]
     view: tuple[float, float, float]
+    """Where the camera stands: a direction from the object."""
+    frame_b: bool = False
+    """Frame the pictures to the second object, when it is small beside the first."""
 
 
 def load(name: str, file: str, *, at=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0), size: float = 1.0) -> bpy.types.Object:
@@ -87,7 +90,7 @@ def spot_and_blub() -> tuple[bpy.types.Object, bpy.types.Object]:
 def body_and_tongue() -> tuple[bpy.types.Object, bpy.types.Object]:
     """The MakeHuman body sticks its tongue out."""
     body = load("Body", "makehuman_body.obj", size=0.25)
-    tongue = load("Tongue", "makehuman_tongue.obj", size=0.25)
+    tongue = load("Tongue", "makehuman_tongue.obj", at=(0.0, 0.657, -0.622), turn=(16, 0, 0), size=0.375)
     return body, tongue
 
 
@@ -101,6 +104,6 @@ def bracket() -> tuple[bpy.types.Object, bpy.types.Object]:
 
 PAIRS = {
     "spot and blub": Pair(spot_and_blub, ("union", "difference", "intersection"), (1.0, -1.0, 0.6)),
-    "body and tongue": Pair(body_and_tongue, ("union", "difference"), (0.5, -1.0, 0.2)),
+    "body and tongue": Pair(body_and_tongue, ("union", "difference"), (0.8, -1.0, 0.25), frame_b=True),
     "block and pin": Pair(bracket, ("union", "difference", "intersection"), (0.9, -1.0, 0.9)),
 }

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import bpy
 import numpy as np
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 SIZE = (1280, 960)
 COLORS = {
@@ -16,7 +16,7 @@ COLORS = {
     "new": (0.86, 0.88, 0.72, 1.0),
     "wire": (0.08, 0.09, 0.10, 1.0),
 }
-# Width of the wire and width of the close-up, as fractions of the picture's width and the object's diagonal.
+# Width of the wire, as a fraction of the picture's width, and most of the object's diagonal that a close-up shows.
 WIRE = 0.0011
 CLOSE_UP = 0.22
 
@@ -61,9 +61,10 @@ class Studio:
         scene.render.resolution_x, scene.render.resolution_y = SIZE
         scene.display.render_aa = "8"
         shading = scene.display.shading
-        shading.light, shading.color_type, shading.background_type = "STUDIO", "MATERIAL", "VIEWPORT"
-        shading.background_color = (0.96, 0.96, 0.95)
-        shading.show_cavity = True
+        shading.light, shading.color_type, shading.show_cavity = "STUDIO", "MATERIAL", True
+        scene.render.image_settings.color_mode = "RGB"
+        scene.world = bpy.data.worlds.new("demo background")
+        scene.world.color = (0.9, 0.9, 0.88)
         scene.view_settings.view_transform = "Standard"
         self.camera = bpy.data.objects.new("demo camera", bpy.data.cameras.new("demo camera"))
         self.camera.data.type = "ORTHO"
@@ -76,9 +77,9 @@ class Studio:
         bpy.data.objects.remove(self.camera)
         bpy.data.cameras.remove(data)
 
-    def shoot(self, objects: Sequence[bpy.types.Object], view, path: str, frame: Sequence[bpy.types.Object] = ()) -> None:
-        """A picture of the objects from the direction `view`, framed to them or to `frame`."""
-        points = np.concatenate([_world_positions(obj) for obj in frame or objects])
+    def shoot(self, objects: Sequence[bpy.types.Object], view, path: str, frame: Sequence[bpy.types.Object]) -> None:
+        """A picture of the objects from the direction `view`, framed to `frame`."""
+        points = np.concatenate([_world_positions(obj) for obj in frame])
         axes = _camera_axes(view)
         seen = points @ axes.T
         low, high = seen.min(axis=0), seen.max(axis=0)
@@ -97,31 +98,29 @@ class Studio:
         # Not the very nearest point, which is at the silhouette of the seam: the middle of the nearest fifth.
         depth = seam @ axes[2]
         target = np.median(seam[depth >= np.quantile(depth, 0.8)], axis=0)
-        width = CLOSE_UP * np.linalg.norm(np.ptp(points, axis=0))
+        width = min(CLOSE_UP * np.linalg.norm(np.ptp(points, axis=0)), 1.5 * np.linalg.norm(np.ptp(seam, axis=0)))
         self._render([made], axes, target, width, path)
 
     def _render(self, objects: Sequence[bpy.types.Object], axes: np.ndarray, target: np.ndarray, width: float, path: str) -> None:
         scene = bpy.context.scene
+        was_hidden = {obj: obj.hide_render for obj in scene.objects}
+        for obj in was_hidden:
+            obj.hide_render = obj not in objects
         wires = [_wire(obj, width) for obj in objects]
-        shown = {obj.name for obj in (*objects, *wires)}
-        hidden = {obj: obj.hide_render for obj in scene.objects}
-        for obj in scene.objects:
-            obj.hide_render = obj.name not in shown
         distance = 100.0
         self.camera.data.ortho_scale, self.camera.data.clip_end = width, 2 * distance
         matrix = np.eye(4)
         matrix[:3, :3] = axes.T
         matrix[:3, 3] = target + distance * axes[2]
-        self.camera.matrix_world = matrix.tolist()
+        self.camera.matrix_world = Matrix(matrix.tolist())
         scene.render.filepath = str(path)
         bpy.ops.render.render(write_still=True)
         for obj in wires:
             data = obj.data
             bpy.data.objects.remove(obj)
             bpy.data.meshes.remove(data)
-        for obj, was in hidden.items():
-            if obj.name in scene.objects:
-                obj.hide_render = was
+        for obj, hidden in was_hidden.items():
+            obj.hide_render = hidden
 
 
 def _wire(obj: bpy.types.Object, width: float) -> bpy.types.Object:
