@@ -13,6 +13,7 @@ class BooleanOptions:
 
     operation: EnumProperty(
         name="Operation",
+        description="What to make of the active object and the other selected one",
         items=[
             ("union", "Union", "Everything inside either object", "SELECT_EXTEND", 0),
             ("difference", "Difference", "The active object minus the other", "SELECT_SUBTRACT", 1),

@@ -90,7 +90,7 @@ def spot_and_blub() -> tuple[bpy.types.Object, bpy.types.Object]:
 def body_and_tongue() -> tuple[bpy.types.Object, bpy.types.Object]:
     """The MakeHuman body sticks its tongue out."""
     body = load("Body", "makehuman_body.obj", size=0.25)
-    tongue = load("Tongue", "makehuman_tongue.obj", at=(0.0, 0.657, -0.622), turn=(16, 0, 0), size=0.375)
+    tongue = load("Tongue", "makehuman_tongue.obj", at=(0.0, 0.563, -0.353), turn=(16, 0, 0), size=0.33)
     return body, tongue
 
 
@@ -103,7 +103,7 @@ def bracket() -> tuple[bpy.types.Object, bpy.types.Object]:
 
 
 PAIRS = {
-    "spot and blub": Pair(spot_and_blub, ("union", "difference", "intersection"), (1.0, -1.0, 0.6)),
+    "spot and blub": Pair(spot_and_blub, ("union", "difference", "intersection"), (1.1, 0.9, 0.5)),
     "body and tongue": Pair(body_and_tongue, ("union", "difference"), (0.8, -1.0, 0.25), frame_b=True),
     "block and pin": Pair(bracket, ("union", "difference", "intersection"), (0.9, -1.0, 0.9)),
 }

@@ -33,7 +33,7 @@ class QUADLOOM_PT_main(bpy.types.Panel):
             layout.progress(factor=jobs.running.fraction, text=translated(jobs.running.stage))
             layout.label(text="Esc cancels", icon="CANCEL")
             return
-        layout.row(align=True).prop(settings, "operation", expand=True)
+        layout.column(align=True).prop(settings, "operation", expand=True)
         ready = bpy.ops.quadloom.boolean.poll()
         column = layout.column(align=True)
         if ready:

@@ -1,7 +1,7 @@
 """Runs inside a Blender with a window: modal runs, Esc, undo, and the panel.
 
 A timer steps through the tests, because modal operators only run between Blender's own events. Argument: the folder to write
-counts.json into. With a second argument, the picture of the panel goes into that folder.
+counts.json into. With a second argument, pictures of the panel go into that folder.
 """
 
 import json
@@ -94,11 +94,22 @@ def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     yield
     sidebar = next(region for region in place["area"].regions if region.type == "UI")
     sidebar.active_panel_category = "Quadloom"
+    sidebar.tag_redraw()
     for _ in range(20):
         yield
     assert sidebar.active_panel_category == "Quadloom"
+    photograph(folder, "panel-ready.png")
+    shapes.choose(bpy.data.objects["A"])
+    sidebar.tag_redraw()
+    for _ in range(20):
+        yield
+    photograph(folder, "panel-grey.png")
+
+
+def photograph(folder: Path | None, name: str) -> None:
+    """The whole screen, when pictures were asked for (Blender's own screenshots are black here)."""
     if folder is not None:
-        subprocess.run(["import", "-window", "root", str(folder / "panel.png")], check=True, timeout=30)
+        subprocess.run(["import", "-window", "root", str(folder / name)], check=True, timeout=30)
 
 
 def run(folder: Path, pictures: Path | None) -> Generator[None, None, None]:
@@ -126,6 +137,7 @@ def run(folder: Path, pictures: Path | None) -> Generator[None, None, None]:
 def main() -> None:
     """Enables the extension and lets a timer drive `run`."""
     folder, *pictures = map(Path, sys.argv[sys.argv.index("--") + 1 :])
+    bpy.context.preferences.view.show_splash = False
     addon_utils.enable(EXTENSION, default_set=True, persistent=True)
     steps = run(folder, pictures[0] if pictures else None)
     bpy.app.timers.register(lambda: next(steps, None) or TICK, first_interval=1.0)
