@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 /// Items in a leaf: testing a few boxes costs less than walking down to each.
-const LEAF: usize = 4;
+const LEAF: usize = 8;
 
 /// An axis-aligned box. An empty box has `low > high` and overlaps nothing; so does a box with a NaN in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +41,7 @@ impl Aabb {
     }
 
     /// True when the boxes share a point; touching counts.
+    #[inline]
     pub fn overlaps(&self, other: &Self) -> bool {
         // Without short cuts: in a tree walk the branches would be unpredictable.
         (self.low.cmple(other.high) & other.low.cmple(self.high)).all()

@@ -202,23 +202,25 @@ struct Side {
 /// Returns the number of edges.
 fn check_edges(mesh: &PolygonMesh, defects: &mut Defects) -> usize {
     let verts = mesh.corner_verts();
+    // Corners that belong to one fan round their vertex.
+    let mut fans = DisjointSets::new(verts.len());
     let mut sides = Vec::with_capacity(verts.len());
     for f in 0..mesh.face_count() {
         let corners = mesh.face_corners(f);
         for from in corners.clone() {
             let to = if from + 1 == corners.end { corners.start } else { from + 1 };
+            if verts[from] == verts[to] {
+                fans.unite(from as u32, to as u32);
+                continue;
+            }
             let rising = verts[from] < verts[to];
             let (low, high) = if rising { (from, to) } else { (to, from) };
-            if verts[from] != verts[to] {
-                let (low_corner, high_corner) = (low as u32, high as u32);
-                sides.push(Side { low: verts[low], high: verts[high], low_corner, high_corner, rising });
-            }
+            let (low_corner, high_corner) = (low as u32, high as u32);
+            sides.push(Side { low: verts[low], high: verts[high], low_corner, high_corner, rising });
         }
     }
     sides.par_sort_unstable();
 
-    // Corners that belong to one fan round their vertex.
-    let mut fans = DisjointSets::new(verts.len());
     let mut edges = 0;
     for edge in sides.chunk_by(|a, b| (a.low, a.high) == (b.low, b.high)) {
         edges += 1;
@@ -418,8 +420,7 @@ mod tests {
     fn every_kind_of_bad_face() {
         let mut positions = SQUARE.to_vec();
         positions.extend([[2., 0., 0.], [3., 0., 0.], [0., 0., 0.]]);
-        let faces: &[&[u32]] =
-            &[&[0, 1, 2, 3], &[1, 1, 2], &[0, 1, 4, 5], &[3, 2, 1, 6], &[0, 1, 4, 2, 3], &[0, 6, 4]];
+        let faces: &[&[u32]] = &[&[0, 1, 2, 3], &[1, 1, 2], &[0, 1, 4, 5], &[3, 2, 1, 6], &[0, 1, 4, 2, 3], &[0, 6, 4]];
         let defects = checked(&mesh_of(&positions, faces));
         assert_eq!(defects.degenerate_faces, [1]);
         assert_eq!(defects.zero_area_faces, [1, 2, 5]);
@@ -432,8 +433,7 @@ mod tests {
         // Three fins on the edge 0-1, then a square against the direction of the first fin.
         let positions =
             [[0., 0., 0.], [0., 0., 1.], [1., 0., 0.], [-1., 1., 0.], [-1., -1., 0.], [2., 0., 0.5], [2., 0., 1.5]];
-        let defects =
-            checked(&mesh_of(&positions, &[&[0, 1, 2], &[1, 0, 3], &[1, 0, 4], &[1, 2, 5, 6]]));
+        let defects = checked(&mesh_of(&positions, &[&[0, 1, 2], &[1, 0, 3], &[1, 0, 4], &[1, 2, 5, 6]]));
         assert_eq!(defects.nonmanifold_edges, [[0, 1]]);
         assert_eq!(defects.misoriented_edges, [[1, 2]]);
         assert_eq!(defects.border_edges, [[0, 2], [0, 3], [0, 4], [1, 3], [1, 4], [1, 6], [2, 5], [5, 6]]);
@@ -459,12 +459,30 @@ mod tests {
         // In the corner of an L, inside its box but outside of it.
         let l = mesh_of(
             &[
-                [0., 0., 0.], [4., 0., 0.], [4., 1., 0.], [1., 1., 0.], [1., 4., 0.], [0., 4., 0.],
-                [0., 0., 4.], [4., 0., 4.], [4., 1., 4.], [1., 1., 4.], [1., 4., 4.], [0., 4., 4.],
+                [0., 0., 0.],
+                [4., 0., 0.],
+                [4., 1., 0.],
+                [1., 1., 0.],
+                [1., 4., 0.],
+                [0., 4., 0.],
+                [0., 0., 4.],
+                [4., 0., 4.],
+                [4., 1., 4.],
+                [1., 1., 4.],
+                [1., 4., 4.],
+                [0., 4., 4.],
             ],
             &[
-                &[0, 3, 2, 1], &[0, 5, 4, 3], &[6, 7, 8, 9], &[6, 9, 10, 11],
-                &[0, 1, 7, 6], &[1, 2, 8, 7], &[2, 3, 9, 8], &[3, 4, 10, 9], &[4, 5, 11, 10], &[5, 0, 6, 11],
+                &[0, 3, 2, 1],
+                &[0, 5, 4, 3],
+                &[6, 7, 8, 9],
+                &[6, 9, 10, 11],
+                &[0, 1, 7, 6],
+                &[1, 2, 8, 7],
+                &[2, 3, 9, 8],
+                &[3, 4, 10, 9],
+                &[4, 5, 11, 10],
+                &[5, 0, 6, 11],
             ],
         );
         let cube = cubes(&[(2.0, -1.0)]);

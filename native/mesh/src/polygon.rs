@@ -7,7 +7,9 @@ use glam::DVec3;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MeshError {
     /// Offsets must start at 0, never fall, and end at the number of corners.
-    #[error("face offsets must start at 0, rise by at least 3 a face and end at the number of corners ({corners}); face {face} does not")]
+    #[error(
+        "face offsets must start at 0, rise by at least 3 a face and end at the number of corners ({corners}); face {face} does not"
+    )]
     Offsets {
         /// The first face that breaks the rule.
         face: usize,

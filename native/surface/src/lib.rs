@@ -1,1 +1,4 @@
 //! Geometry on triangle surfaces: geodesics, cross fields, tracing, maps, remeshing, smoothing.
+
+pub mod cross_field;
+pub mod tracing;

@@ -4,7 +4,7 @@ use crate::obj;
 use mesh::PolygonMesh;
 use std::path::Path;
 
-/// Closed, manifold, pure-quad meshes of one component, for [`fixture`].
+/// Closed, manifold, pure-quad meshes of one component, for [`fixture`]. All but `bob_control` are free of self-intersections.
 pub const QUAD_FIXTURES: [&str; 12] = [
     "blub_quad",
     "bob_control",

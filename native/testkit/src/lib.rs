@@ -5,6 +5,7 @@
 mod fixture;
 pub mod obj;
 pub mod oracle;
+pub mod plane_region;
 pub mod random;
 pub mod shapes;
 pub mod strategy;

@@ -3,10 +3,10 @@
 use mesh::{DVec3, PolygonMesh};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Euler characteristic: used vertices - edges + faces.
+/// Euler characteristic: used vertices - edges + faces. A side from a vertex to itself is no edge.
 pub fn euler(mesh: &PolygonMesh) -> i64 {
     let verts: BTreeSet<u32> = mesh.corner_verts().iter().copied().collect();
-    let edges: BTreeSet<[u32; 2]> = sides(mesh).map(|(a, b)| [a.min(b), a.max(b)]).collect();
+    let edges: BTreeSet<[u32; 2]> = sides(mesh).filter(|(a, b)| a != b).map(|(a, b)| [a.min(b), a.max(b)]).collect();
     verts.len() as i64 - edges.len() as i64 + mesh.face_count() as i64
 }
 

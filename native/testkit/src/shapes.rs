@@ -80,8 +80,7 @@ pub fn cylinder(radius: f64, height: f64, n: u32, layers: u32) -> PolygonMesh {
                 }
             }
         }
-        let sides: [&dyn Fn(u32) -> u32; 4] =
-            [&|k| at(k, 0), &|k| at(n, k), &|k| at(n - k, n), &|k| at(0, n - k)];
+        let sides: [&dyn Fn(u32) -> u32; 4] = [&|k| at(k, 0), &|k| at(n, k), &|k| at(n - k, n), &|k| at(0, n - k)];
         sides.iter().flat_map(|side| (0..n).map(side)).collect::<Vec<u32>>()
     };
     let bottom = square(-height / 2.0, true, &mut positions);

@@ -1,0 +1,262 @@
+//! Chooses the next trace of a region: first one that relieves a concave corner, then one that makes a part acceptable.
+//!
+//! The paper traces every concave corner of a region at once and resolves conflicts; then it splits patches with a dense set
+//! of candidates. Here each trace is cut before the next one is looked for, so that two traces can never meet tangentially:
+//! a trace ends where it reaches another, and may do so only within 45 degrees of the corner direction that the other
+//! offers there, which is the sheet test of M2. Orthogonal crossings arise where traces land from both sides on one vertex.
+//! The choice adds to the paper's "shortest first" what the cut would leave: it must bring the region closer to disks of 3 to 6
+//! sides, and among equals balanced parts of four sides win.
+
+use super::region::{Region, Share};
+use super::{Fault, LayoutOptions};
+use glam::DVec3;
+use mesh::{Cancelled, Monitor};
+use std::collections::BTreeSet;
+use std::f64::consts::{FRAC_PI_2, PI};
+use surface::tracing::{FieldGraph, Trace, TraceOptions, Visit};
+
+/// Starts tried at most in one region, evenly spread, when any flat vertex would do.
+const STARTS: usize = 48;
+/// Cuts evaluated at most in one region, cheapest traces first.
+const CUTS: usize = 24;
+
+/// What all regions share: the growing mesh and what is known about its vertices.
+pub(super) struct Canvas {
+    /// Positions of the whole mesh.
+    pub positions: Vec<DVec3>,
+    /// Vertices on the border given by the caller: fixed, never too close to each other.
+    pub fixed: Vec<bool>,
+    /// Vertices where a side of some region ends.
+    pub node: Vec<bool>,
+    /// Mean length of the border's edges: what "too close" is measured in.
+    pub edge_length: f64,
+}
+
+/// A region's distance from being a patch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Shape {
+    pub sides: usize,
+    pub concave: usize,
+    pub euler_characteristic: i64,
+    pub touches_itself: bool,
+}
+
+impl Shape {
+    pub fn of(region: &Region) -> Self {
+        let mut seen = BTreeSet::new();
+        let border: Vec<usize> = (0..region.quarters.len()).filter(|&v| region.quarters[v] > 0).collect();
+        Self {
+            sides: border.iter().filter(|&&v| region.quarters[v] == 1).count(),
+            concave: border.iter().filter(|&&v| region.quarters[v] > 2).count(),
+            euler_characteristic: region.euler_characteristic(),
+            touches_itself: !border.iter().all(|&v| seen.insert(region.vertex[v])),
+        }
+    }
+
+    /// What keeps the region from being a patch, the worst first.
+    pub fn fault(&self) -> Option<Fault> {
+        if self.concave > 0 {
+            Some(Fault::Concave)
+        } else if self.euler_characteristic != 1 {
+            Some(Fault::NotDisk { euler_characteristic: self.euler_characteristic })
+        } else if self.touches_itself {
+            Some(Fault::TouchesItself)
+        } else if !(3..=6).contains(&self.sides) {
+            Some(Fault::Sides { count: self.sides })
+        } else {
+            None
+        }
+    }
+
+    /// Zero for a patch; every cut must lower the sum over its parts. A handle or hole outweighs touching, which outweighs sides.
+    fn badness(&self) -> usize {
+        let holes = (1 - self.euler_characteristic).unsigned_abs() as usize;
+        let sides = 3_usize.saturating_sub(self.sides) + self.sides.saturating_sub(6);
+        100 * holes + 10 * usize::from(self.touches_itself) + sides
+    }
+}
+
+/// What became of a region.
+pub(super) enum Step {
+    /// It is a patch.
+    Patch,
+    /// It was cut into these parts.
+    Parts(Vec<Region>),
+    /// No trace could relieve this concave corner: it counts as flat now.
+    Flattened(Region, u32),
+    /// Nothing can be done.
+    Stuck(Fault),
+}
+
+struct Candidate {
+    trace: Trace,
+    share: Share,
+}
+
+/// Takes one step towards patches.
+pub(super) fn divide(
+    region: &Region,
+    canvas: &mut Canvas,
+    options: &LayoutOptions,
+    monitor: &Monitor,
+) -> Result<Step, Cancelled> {
+    let shape = Shape::of(region);
+    let Some(fault) = shape.fault() else { return Ok(Step::Patch) };
+    let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
+    let crowded = crowded(region, canvas);
+    let relaxed = TraceOptions { cone: (options.trace.cone * 1.5).min(FRAC_PI_2), ..options.trace };
+    // A second try with a wider cone that may also crowd other sides' ends.
+    for (trace_options, strict) in [(options.trace, true), (relaxed, false)] {
+        let search = Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict };
+        let candidates = search.candidates(shape.concave > 0, monitor)?;
+        let parts = best_cut(region, shape, &candidates, canvas, monitor)?;
+        if let Some(parts) = parts {
+            return Ok(Step::Parts(parts));
+        }
+    }
+    if shape.concave > 0 {
+        let sharp = (0..region.quarters.len()).find(|&v| region.quarters[v] == 3);
+        if let Some(v) = sharp {
+            let mut flat = region.clone();
+            flat.quarters[v] = 2;
+            return Ok(Step::Flattened(flat, region.vertex[v]));
+        }
+    }
+    Ok(Step::Stuck(fault))
+}
+
+/// The parts of the best cut, if one helps.
+fn best_cut(
+    region: &Region,
+    shape: Shape,
+    candidates: &[Candidate],
+    canvas: &mut Canvas,
+    monitor: &Monitor,
+) -> Result<Option<Vec<Region>>, Cancelled> {
+    let mut best: Option<((usize, f64), &Candidate)> = None;
+    let length = canvas.positions.len();
+    for candidate in candidates.iter().take(CUTS) {
+        monitor.check()?;
+        let parts = region.cut(&candidate.trace, candidate.share, &mut canvas.positions);
+        canvas.positions.truncate(length);
+        let Some(parts) = parts else { continue };
+        let shapes: Vec<Shape> = parts.iter().map(Shape::of).collect();
+        let badness: usize = shapes.iter().map(Shape::badness).sum();
+        let concave: usize = shapes.iter().map(|s| s.concave).sum();
+        let irregular: usize = shapes.iter().map(|s| s.sides.abs_diff(4)).sum();
+        let balance = match &parts[..] {
+            [a, b] => a.area().min(b.area()) / region.area(),
+            _ => 0.5,
+        };
+        let key = if shape.concave > 0 {
+            if concave >= shape.concave {
+                continue;
+            }
+            (0, candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64))
+        } else {
+            if badness >= shape.badness() {
+                continue;
+            }
+            (badness, candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance))
+        };
+        if best.is_none_or(|(found, _)| key.0 < found.0 || key.0 == found.0 && key.1 < found.1) {
+            best = Some((key, candidate));
+        }
+    }
+    let Some((_, chosen)) = best else { return Ok(None) };
+    let Some(parts) = region.cut(&chosen.trace, chosen.share, &mut canvas.positions) else { return Ok(None) };
+    canvas.fixed.resize(canvas.positions.len(), false);
+    canvas.node.resize(canvas.positions.len(), false);
+    for end in [chosen.trace.start(), chosen.trace.end()] {
+        canvas.node[region.vertex[end as usize] as usize] = true;
+    }
+    Ok(Some(parts))
+}
+
+struct Search<'a> {
+    region: &'a Region,
+    graph: &'a FieldGraph,
+    canvas: &'a Canvas,
+    options: &'a TraceOptions,
+    crowded: &'a [bool],
+    strict: bool,
+}
+
+impl Search<'_> {
+    /// Traces from the concave corners, or from flat vertices, cheapest first.
+    fn candidates(&self, concave: bool, monitor: &Monitor) -> Result<Vec<Candidate>, Cancelled> {
+        let quarters = &self.region.quarters;
+        let eligible = |v: u32| {
+            let q = quarters[v as usize];
+            if concave { q > 2 } else { q == 2 && !(self.strict && self.crowded[v as usize]) }
+        };
+        let mut starts: Vec<u32> = self.region.loops().concat().into_iter().filter(|&v| eligible(v)).collect();
+        if !concave {
+            let stride = starts.len().div_ceil(STARTS).max(1);
+            starts = starts.into_iter().step_by(stride).collect();
+        }
+        let mut candidates = Vec::new();
+        for start in starts {
+            let q = quarters[start as usize];
+            for j in 1..q {
+                monitor.check()?;
+                let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
+                let found = self.graph.trace(start, direction, self.options, f64::INFINITY, |v, back| self.visit(v, back));
+                let Some(trace) = found else { continue };
+                let end = trace.end();
+                let (i, _) = self.quarter_of(end, trace.arrival);
+                let share = Share { start: [j, q - j], end: [i, quarters[end as usize] - i] };
+                candidates.push(Candidate { trace, share });
+            }
+        }
+        candidates.sort_by(|a, b| a.trace.cost.total_cmp(&b.trace.cost));
+        Ok(candidates)
+    }
+
+    /// The direction of a border vertex closest to an angle, as a number of quarters, and how many quarters off it is.
+    fn quarter_of(&self, v: u32, angle: f64) -> (u8, f64) {
+        let q = self.region.quarters[v as usize];
+        let exact = angle / self.graph.angle(v) * f64::from(q);
+        let nearest = (exact.round() as u8).clamp(1, q - 1);
+        (nearest, (exact - f64::from(nearest)).abs())
+    }
+
+    fn visit(&self, v: u32, back: f64) -> Visit {
+        match self.region.quarters[v as usize] {
+            0 => return Visit::Pass,
+            1 => return Visit::Block,
+            _ => {}
+        }
+        let (_, off) = self.quarter_of(v, back);
+        if off > self.options.cone / FRAC_PI_2 || self.strict && self.crowded[v as usize] {
+            return Visit::Block;
+        }
+        let off = off * PI;
+        Visit::Land(self.canvas.edge_length * off * off)
+    }
+}
+
+/// Flat vertices on traces that lie closer than 0.6 edge lengths to the end of another side: landing there would squeeze a whole
+/// row of quads into the gap.
+fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
+    let mut crowded = vec![false; region.quarters.len()];
+    let ends_side = |v: u32| region.quarters[v as usize] != 2 || canvas.node[region.vertex[v as usize] as usize];
+    for border in region.loops() {
+        let n = border.len();
+        for (k, &v) in border.iter().enumerate() {
+            if canvas.fixed[region.vertex[v as usize] as usize] || ends_side(v) {
+                continue;
+            }
+            for step in [1, n - 1] {
+                let (mut at, mut walked) = (k, 0.0);
+                while walked < 0.6 * canvas.edge_length && !crowded[v as usize] {
+                    let next = (at + step) % n;
+                    walked += region.mesh.positions[border[at] as usize].distance(region.mesh.positions[border[next] as usize]);
+                    crowded[v as usize] = walked < 0.6 * canvas.edge_length && ends_side(border[next]);
+                    at = next;
+                }
+            }
+        }
+    }
+    crowded
+}

@@ -1,0 +1,278 @@
+//! Divides a triangulated region into disks of three to six sides: `QuadMixer` (Nuvoli et al. 2019), section 3.2.1.
+//!
+//! [`trace_layout`] computes a border-aligned cross field, classifies the border's corners, and cuts along field-aligned
+//! traces until every part is a patch that patterns can fill. Traces start and end at border vertices or on other traces
+//! (T-junctions); where a T-junction divides a patch's side, the side consists of several sub-sides, the unknowns of the
+//! quantisation of section 3.3.
+//!
+//! Deviations: traces are cut one at a time (see `divide`), so tangential crossings cannot arise; a corner's class is its number of quads
+//! (see `region`), so figure 8's rules are one rule; annuli get at least two traces, because a patch must not meet itself;
+//! interior feature chains are cut first and become sides.
+
+mod assemble;
+mod divide;
+mod refine;
+mod region;
+
+pub use region::CornerAngles;
+
+use divide::{Canvas, Step, divide};
+use mesh::{Cancelled, Monitor, NONE, Topology, TriangleMesh};
+use region::Region;
+use std::collections::{BTreeMap, BTreeSet};
+use surface::cross_field::{CrossFieldError, cross_field};
+use surface::tracing::{FieldGraph, TraceOptions};
+
+/// How a region is divided.
+#[derive(Debug, Clone, Copy)]
+pub struct LayoutOptions {
+    /// Which corners are convex, flat and concave.
+    pub corners: CornerAngles,
+    /// How traces follow the field.
+    pub trace: TraceOptions,
+    /// Times that the interior edges are halved before tracing. Default: 1; more is smoother and four times slower.
+    pub refinements: u32,
+}
+
+impl Default for LayoutOptions {
+    fn default() -> Self {
+        Self { corners: CornerAngles::default(), trace: TraceOptions::default(), refinements: 1 }
+    }
+}
+
+/// What a sub-side runs along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SubSideKind {
+    /// The border of the region: its number of edges is fixed.
+    Border,
+    /// An interior feature chain.
+    Feature,
+    /// A trace.
+    Trace,
+}
+
+/// A stretch of a side that no other side's end interrupts: one unknown of the quantisation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SubSide {
+    /// Path in the layout's mesh, both ends included. Along the border, consecutive vertices are the output's vertices.
+    pub vertices: Vec<u32>,
+    /// What it runs along.
+    pub kind: SubSideKind,
+    /// Length, scene units.
+    pub length: f64,
+}
+
+impl SubSide {
+    /// The number of quads along it when that is not free.
+    pub fn fixed_count(&self) -> Option<usize> {
+        (self.kind == SubSideKind::Border).then(|| self.vertices.len() - 1)
+    }
+}
+
+/// A disk with three to six sides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// Its triangles in the layout's mesh.
+    pub triangles: Vec<u32>,
+    /// The vertex where each side starts, counter-clockwise.
+    pub corners: Vec<u32>,
+    /// Sides counter-clockwise, each a list of sub-sides counter-clockwise.
+    pub sides: Vec<Vec<u32>>,
+}
+
+/// A region divided into patches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PatchLayout {
+    /// The region's surface, refined: the given vertices first and unmoved, then new ones on its edges.
+    pub mesh: TriangleMesh,
+    /// Disks of three to six sides that together hold every triangle once.
+    pub patches: Vec<Patch>,
+    /// Where patches meet the border and one another.
+    pub sub_sides: Vec<SubSide>,
+    /// Concave corners of the border that no trace could divide: they count as flat, with two quads.
+    pub flattened: Vec<u32>,
+}
+
+impl PatchLayout {
+    /// The vertices along one side of a patch, counter-clockwise, both corners included.
+    pub fn side_path(&self, patch: usize, side: usize) -> Vec<u32> {
+        let patch = &self.patches[patch];
+        let mut path = vec![patch.corners[side]];
+        for &sub in &patch.sides[side] {
+            let vertices = &self.sub_sides[sub as usize].vertices;
+            if path.last() == vertices.first() {
+                path.extend(&vertices[1..]);
+            } else {
+                path.extend(vertices.iter().rev().skip(1));
+            }
+        }
+        path
+    }
+}
+
+/// What is wrong with a part that could not be divided further.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Fault {
+    /// A slit's tip that no trace leaves.
+    #[error("has a concave corner that no trace can divide")]
+    Concave,
+    /// Holes or handles remain.
+    #[error("is not a disk (Euler characteristic {euler_characteristic})")]
+    NotDisk {
+        /// 1 for a disk.
+        euler_characteristic: i64,
+    },
+    /// It meets itself along a trace.
+    #[error("meets itself along a trace")]
+    TouchesItself,
+    /// Too few or too many sides.
+    #[error("has {count} sides instead of 3 to 6")]
+    Sides {
+        /// Number of convex corners.
+        count: usize,
+    },
+}
+
+/// Why a region could not be divided.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LayoutError {
+    /// Nothing to start a trace from.
+    #[error("the region of triangle {triangle} has no border; give it at least one hole")]
+    NoBorder {
+        /// A triangle of the closed component.
+        triangle: u32,
+    },
+    /// Two fans meet at one vertex, or an edge has more than two triangles.
+    #[error("the region is not manifold at vertex {vertex}; separate the parts that meet there")]
+    NotManifold {
+        /// The first such vertex.
+        vertex: u32,
+    },
+    /// The field could not be computed.
+    #[error(transparent)]
+    Field(#[from] CrossFieldError),
+    /// A part remains that is no patch and that no trace improves.
+    #[error("a part of {} triangles {fault}, and no trace divides it; use another filler or a finer mesh", triangles.len())]
+    NoTrace {
+        /// What is wrong with the part.
+        fault: Fault,
+        /// The given triangles nearest to the part: those that share a vertex with it.
+        triangles: Vec<u32>,
+    },
+    /// The caller wants to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Divides a region (any number of components, each with a border) into patches. Every border vertex is a vertex of the
+/// output; `features` are interior edges (vertex pairs) that must become sides. The mesh should be isotropic with edges about
+/// as long as the border's.
+///
+/// Costs O(traces * n log n) in the triangles n of each region traced: about 0.1 s for a region of 1,000 triangles.
+/// The same input gives the same bytes.
+///
+/// # Errors
+/// [`LayoutError`]; `NoTrace` when the method fails on valid input.
+pub fn trace_layout(
+    mesh: &TriangleMesh,
+    features: &[[u32; 2]],
+    options: &LayoutOptions,
+    monitor: &Monitor,
+) -> Result<PatchLayout, LayoutError> {
+    check(mesh)?;
+    let (mut fine, mut chains) = (mesh.clone(), features.to_vec());
+    for _ in 0..options.refinements {
+        (fine, chains) = refine::refine(&fine, &Topology::of_triangles(&fine), &chains);
+    }
+    let topology = Topology::of_triangles(&fine);
+    let field = cross_field(&fine, &topology, &chains)?;
+    let mut canvas = Canvas {
+        fixed: (0..fine.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect(),
+        node: vec![false; fine.positions.len()],
+        positions: fine.positions.clone(),
+        edge_length: mean_border_edge(&fine, &topology),
+    };
+    let feature_edges: Vec<u32> =
+        chains.iter().filter_map(|&[a, b]| topology.find(a, b)).filter(|&h| !topology.is_border(h)).collect();
+    let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let mut kinds: BTreeMap<_, _> = chains.iter().map(|&edge| (sorted(edge), SubSideKind::Feature)).collect();
+    let border = (0..topology.len() as u32).filter(|&h| topology.is_border(h));
+    kinds.extend(border.map(|h| (sorted([topology.from(h), topology.to(h)]), SubSideKind::Border)));
+    let whole = Region {
+        vertex: (0..fine.positions.len() as u32).collect(),
+        quarters: vec![0; fine.positions.len()],
+        field: field.face_directions,
+        mesh: fine,
+        topology,
+    };
+    let mut pending = whole.open(&feature_edges, |_, _| 2);
+    for region in &mut pending {
+        classify(region, &options.corners, &mut canvas);
+    }
+    pending.reverse();
+    let (mut patches, mut flattened) = (Vec::new(), Vec::new());
+    while let Some(region) = pending.pop() {
+        match divide(&region, &mut canvas, options, monitor)? {
+            Step::Patch => patches.push(region),
+            Step::Parts(parts) => pending.extend(parts.into_iter().rev()),
+            Step::Flattened(region, v) => {
+                flattened.push(v);
+                pending.push(region);
+            }
+            Step::Stuck(fault) => return Err(stuck(mesh, &region, fault)),
+        }
+    }
+    Ok(assemble::assemble(&patches, canvas.positions, &kinds, flattened))
+}
+
+/// Every vertex must have one fan of triangles, every component a border.
+fn check(mesh: &TriangleMesh) -> Result<(), LayoutError> {
+    let topology = Topology::of_triangles(mesh);
+    let mut corners = vec![0; mesh.positions.len()];
+    mesh.triangles.iter().flatten().for_each(|&v| corners[v as usize] += 1);
+    if let Some(v) = (0..corners.len()).find(|&v| topology.around(v as u32).count() != corners[v]) {
+        return Err(LayoutError::NotManifold { vertex: v as u32 });
+    }
+    let mut reached: Vec<bool> = (0..mesh.triangles.len()).map(|t| (3 * t..3 * t + 3).any(|h| topology.twin[h] == NONE)).collect();
+    let mut stack: Vec<usize> = (0..reached.len()).filter(|&t| reached[t]).collect();
+    while let Some(t) = stack.pop() {
+        for h in 3 * t..3 * t + 3 {
+            let twin = topology.twin[h];
+            if twin != NONE && !reached[twin as usize / 3] {
+                reached[twin as usize / 3] = true;
+                stack.push(twin as usize / 3);
+            }
+        }
+    }
+    match reached.iter().position(|&seen| !seen) {
+        Some(t) => Err(LayoutError::NoBorder { triangle: t as u32 }),
+        None => Ok(()),
+    }
+}
+
+fn mean_border_edge(mesh: &TriangleMesh, topology: &Topology) -> f64 {
+    let lengths: Vec<f64> = (0..topology.len() as u32)
+        .filter(|&h| topology.is_border(h))
+        .map(|h| mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize]))
+        .collect();
+    lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
+}
+
+/// Gives every border vertex its quarters by its angle.
+fn classify(region: &mut Region, corners: &CornerAngles, canvas: &mut Canvas) {
+    let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
+    for v in 0..region.vertex.len() {
+        if region.quarters[v] > 0 {
+            region.quarters[v] = corners.quarters(graph.angle(v as u32));
+            canvas.node[region.vertex[v] as usize] |= region.quarters[v] != 2;
+        }
+    }
+}
+
+/// The error for a part, told in the caller's triangles.
+fn stuck(mesh: &TriangleMesh, region: &Region, fault: Fault) -> LayoutError {
+    let part: BTreeSet<u32> = region.vertex.iter().copied().collect();
+    let touches = |t: &&u32| mesh.triangles[**t as usize].iter().any(|v| part.contains(v));
+    let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+    LayoutError::NoTrace { fault, triangles: all.iter().filter(touches).copied().collect() }
+}

@@ -1,0 +1,398 @@
+//! Field-aligned paths over a triangle mesh: `QuadMixer` (Nuvoli et al. 2019), appendix A, after Campen et al., *Dual loops
+//! meshing*, 2012.
+//!
+//! The graph has four nodes a vertex, one for each direction of its cross (the four-fold cover M4). An arc leads from a
+//! node to a vertex within the visibility cone of its direction, and there to the copy whose direction agrees best with the
+//! direction of travel. Two of the four copies that differ by half a turn form a sheet of M2: a path that meets another one
+//! on the same sheet meets it tangentially, on the other sheet orthogonally. A caller who cuts the mesh along each path
+//! before tracing the next, as the patch layout does, tests that with the angle of arrival (see [`Visit`]).
+//!
+//! Deviations. Arcs reach every vertex seen along a straight line through up to four triangles, not only the one-ring and
+//! its neighbours: about 25 directions a vertex instead of 12. Instead of the greedy walk, which can miss the border by one
+//! bad choice, the path is the shortest one under length * (1 + penalty * deviation^2). Angles are intrinsic (polar
+//! coordinates by unfolding), so creases and strong curvature need no tangent planes.
+
+use crate::cross_field::wrap_quarter;
+use glam::{DVec2, DVec3};
+use mesh::{NONE, Topology, TriangleMesh};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+
+/// Triangles that one arc may cross.
+const REACH: usize = 4;
+/// An arc keeps this far from the ends of an edge it crosses, as a fraction of the edge: closer, the detour over the vertex is
+/// as straight and cutting leaves no sliver.
+const MARGIN: f64 = 0.12;
+
+/// How paths weigh turning against length.
+#[derive(Debug, Clone, Copy)]
+pub struct TraceOptions {
+    /// Half the opening of the visibility cone, radians, 0 to pi/2. Default: 45 degrees, the paper's.
+    pub cone: f64,
+    /// Extra cost of an arc that leaves its direction by 45 degrees, as a multiple of its length. Default: 6.
+    pub penalty: f64,
+}
+
+impl Default for TraceOptions {
+    fn default() -> Self {
+        Self { cone: FRAC_PI_4, penalty: 6.0 }
+    }
+}
+
+/// A point of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TracePoint {
+    /// A vertex of the mesh.
+    Vertex(u32),
+    /// A point inside the edge from the first vertex to the second, at this fraction of its length.
+    Edge(u32, u32, f64),
+}
+
+/// A path from one vertex to another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// From start to end; consecutive points lie in one triangle.
+    pub points: Vec<TracePoint>,
+    /// Length, scene units.
+    pub length: f64,
+    /// Length with the penalties for turning and for landing.
+    pub cost: f64,
+    /// Angle, in the polar frame of the last vertex, of the way back along the path.
+    pub arrival: f64,
+}
+
+impl Trace {
+    /// The vertex it starts from.
+    pub fn start(&self) -> u32 {
+        self.vertex_at(0)
+    }
+
+    /// The vertex it lands on.
+    pub fn end(&self) -> u32 {
+        self.vertex_at(self.points.len() - 1)
+    }
+
+    fn vertex_at(&self, index: usize) -> u32 {
+        match self.points[index] {
+            TracePoint::Vertex(v) | TracePoint::Edge(v, ..) => v,
+        }
+    }
+}
+
+/// What a path does at a vertex it could reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Visit {
+    /// Goes on. Only for interior vertices.
+    Pass,
+    /// May end here, at this extra cost in scene units.
+    Land(f64),
+    /// Must not come here.
+    Block,
+}
+
+/// A straight arc to a vertex in sight.
+#[derive(Debug, Clone, Copy)]
+struct Arc {
+    to: u32,
+    /// Direction in the polar frame of the start.
+    leave: f64,
+    /// Direction of the way back in the polar frame of the end.
+    back: f64,
+    length: f64,
+    /// Edges crossed: a range of `FieldGraph::crossings`.
+    crossings: [u32; 2],
+}
+
+/// The tracing graph of a mesh with a cross per face. Costs about 2 microseconds and 2 kB a vertex.
+///
+/// The polar frame of an interior vertex measures angles from the half-edge `topology.outgoing`, scaled to a full turn; that
+/// of a border vertex from its outgoing border half-edge through the inside, unscaled, up to [`FieldGraph::angle`].
+#[derive(Debug, Clone)]
+pub struct FieldGraph {
+    angle: Vec<f64>,
+    full_turn: Vec<f64>,
+    on_border: Vec<bool>,
+    field: Vec<f64>,
+    arcs: Vec<Arc>,
+    first_arc: Vec<u32>,
+    crossings: Vec<(u32, u32, f64)>,
+}
+
+/// Strip of triangles unfolded into the plane about the start, while looking for vertices in sight.
+struct Sight<'a> {
+    mesh: &'a TriangleMesh,
+    topology: &'a Topology,
+    polar: &'a [f64],
+    scale: &'a [f64],
+    start: u32,
+    /// Angle of the unfolded x axis in the frame of the start.
+    base: f64,
+    /// Edges looked through, nearest first, with their ends in the plane.
+    through: Vec<(u32, DVec2, DVec2)>,
+}
+
+impl FieldGraph {
+    /// Builds the graph from one direction of the cross of each face, in the plane of its face.
+    pub fn new(mesh: &TriangleMesh, topology: &Topology, face_directions: &[DVec3]) -> Self {
+        let vertices = mesh.positions.len();
+        let mut graph = Self {
+            angle: vec![0.0; vertices],
+            full_turn: vec![TAU; vertices],
+            on_border: (0..vertices as u32).map(|v| topology.is_border_vertex(v)).collect(),
+            field: vec![0.0; vertices],
+            arcs: Vec::with_capacity(25 * vertices),
+            first_arc: vec![0],
+            crossings: Vec::new(),
+        };
+        let mut polar = vec![0.0; topology.len()];
+        let mut scale = vec![1.0; vertices];
+        for v in 0..vertices as u32 {
+            let mut sum = 0.0;
+            for h in topology.around(v) {
+                polar[h as usize] = sum;
+                sum += corner_angle(mesh, topology, h);
+            }
+            graph.angle[v as usize] = sum;
+            if graph.on_border[v as usize] {
+                graph.full_turn[v as usize] = sum;
+            } else if sum > 0.0 {
+                scale[v as usize] = TAU / sum;
+                topology.around(v).for_each(|h| polar[h as usize] *= TAU / sum);
+            }
+            let mut power = DVec2::ZERO;
+            for h in topology.around(v) {
+                let [a, b] = [v, topology.to(h)].map(|u| mesh.positions[u as usize]);
+                let f = h as usize / 3;
+                let (x, y) = (b - a, mesh.area_normal(f).normalize_or_zero().cross(b - a));
+                let cross = face_directions[f].dot(y).atan2(face_directions[f].dot(x));
+                // The frame stretches angles: measure from the middle of the corner, so that both its sides count alike.
+                let corner = corner_angle(mesh, topology, h);
+                let stretch = 0.5 * corner * (scale[v as usize] - 1.0);
+                power += corner * DVec2::from_angle(4.0 * (polar[h as usize] + stretch + cross));
+            }
+            graph.field[v as usize] = power.to_angle() / 4.0;
+        }
+        for start in 0..vertices as u32 {
+            for h in topology.around(start) {
+                let twin = topology.twin[h as usize];
+                if twin != NONE {
+                    graph.push(Arc {
+                        to: topology.to(h),
+                        leave: polar[h as usize],
+                        back: polar[twin as usize],
+                        length: edge_length(mesh, topology, h),
+                        crossings: [0, 0],
+                    });
+                }
+                let mut sight =
+                    Sight { mesh, topology, polar: &polar, scale: &scale, start, base: polar[h as usize], through: vec![] };
+                let corner = corner_angle(mesh, topology, h);
+                let right = DVec2::new(edge_length(mesh, topology, h), 0.0);
+                let left = edge_length(mesh, topology, topology.prev[h as usize]) * DVec2::from_angle(corner);
+                sight.look(&mut graph, topology.next[h as usize], [right, left], [right, left]);
+            }
+            graph.first_arc.push(graph.arcs.len() as u32);
+        }
+        graph
+    }
+
+    fn push(&mut self, arc: Arc) {
+        self.arcs.push(arc);
+    }
+
+    /// Sum of the corner angles at a vertex, radians.
+    pub fn angle(&self, v: u32) -> f64 {
+        self.angle[v as usize]
+    }
+
+    /// The angle of one direction of the cross in the polar frame of a vertex; add quarter turns for the others.
+    pub fn field(&self, v: u32) -> f64 {
+        self.field[v as usize]
+    }
+
+    /// The cheapest path from `start` that leaves within the cone of `direction` (an angle in its polar frame), follows the
+    /// field through interior vertices and lands where `visit` (vertex, angle of the way back) lets it. A border vertex is
+    /// never passed through. `None` when no landing can be reached or `limit` (a cost) is exceeded.
+    /// Costs O(n log n) at worst in the vertices closer than the landing.
+    pub fn trace(
+        &self,
+        start: u32,
+        direction: f64,
+        options: &TraceOptions,
+        limit: f64,
+        mut visit: impl FnMut(u32, f64) -> Visit,
+    ) -> Option<Trace> {
+        let nodes = 4 * self.field.len();
+        // Per node: cost, the arc that reached it and the node it came from.
+        let mut best: Vec<(f64, u32, u32)> = vec![(f64::INFINITY, NONE, NONE); nodes];
+        let mut landing: Option<(f64, u32, u32)> = None;
+        let mut queue = BinaryHeap::new();
+        let origin = nodes as u32;
+        queue.push(Reached { cost: 0.0, node: origin });
+        while let Some(Reached { cost, node }) = queue.pop() {
+            if cost > limit || landing.is_some_and(|(found, ..)| found <= cost) {
+                break;
+            }
+            let (v, heading) = if node == origin {
+                (start, direction)
+            } else if cost > best[node as usize].0 {
+                continue;
+            } else {
+                (node / 4, self.field[node as usize / 4] + f64::from(node % 4) * FRAC_PI_2)
+            };
+            for index in self.first_arc[v as usize]..self.first_arc[v as usize + 1] {
+                let arc = self.arcs[index as usize];
+                let turn = self.difference(v, arc.leave, heading).abs();
+                if turn > options.cone || arc.to == start {
+                    continue;
+                }
+                // A border vertex has no settled cross: its landing is judged by the angle of arrival alone.
+                let travel = arc.back + PI;
+                let off = wrap_quarter(travel - self.field[arc.to as usize]);
+                let settled = if self.on_border[arc.to as usize] { turn } else { off.abs() };
+                let deviation = (turn * turn + settled * settled) / (2.0 * FRAC_PI_4 * FRAC_PI_4);
+                let reached = cost + arc.length * (1.0 + options.penalty * deviation);
+                match visit(arc.to, arc.back) {
+                    Visit::Block => {}
+                    Visit::Land(extra) => {
+                        if landing.is_none_or(|(found, ..)| reached + extra < found) {
+                            landing = Some((reached + extra, index, node));
+                        }
+                    }
+                    Visit::Pass => {
+                        let branch = ((travel - off - self.field[arc.to as usize]) / FRAC_PI_2).round().rem_euclid(4.0);
+                        let next = 4 * arc.to + branch as u32;
+                        if reached < best[next as usize].0 {
+                            best[next as usize] = (reached, index, node);
+                            queue.push(Reached { cost: reached, node: next });
+                        }
+                    }
+                }
+            }
+        }
+        let (cost, last, mut node) = landing.filter(|l| l.0 <= limit)?;
+        let mut arcs = vec![self.arcs[last as usize]];
+        while node != origin {
+            let (_, arc, from) = best[node as usize];
+            arcs.push(self.arcs[arc as usize]);
+            node = from;
+        }
+        let mut points = vec![TracePoint::Vertex(start)];
+        for arc in arcs.iter().rev() {
+            let crossed = &self.crossings[arc.crossings[0] as usize..arc.crossings[1] as usize];
+            points.extend(crossed.iter().map(|&(a, b, t)| TracePoint::Edge(a, b, t)));
+            points.push(TracePoint::Vertex(arc.to));
+        }
+        let length = arcs.iter().map(|arc| arc.length).sum();
+        Some(Trace { points, length, cost, arrival: arcs[0].back })
+    }
+
+    /// Signed angle between two directions at a vertex.
+    fn difference(&self, v: u32, a: f64, b: f64) -> f64 {
+        let d = a - b;
+        if self.on_border[v as usize] { d } else { d - TAU * (d / TAU).round() }
+    }
+}
+
+/// A node of the search, cheapest first, then lowest.
+struct Reached {
+    cost: f64,
+    node: u32,
+}
+
+impl Ord for Reached {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.cost.total_cmp(&self.cost).then(other.node.cmp(&self.node))
+    }
+}
+impl PartialOrd for Reached {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl PartialEq for Reached {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Reached {}
+
+impl Sight<'_> {
+    /// Looks through half-edge `edge`, whose ends unfold to `[right, left]` = `ends`, between the rays of `window`.
+    fn look(&mut self, graph: &mut FieldGraph, edge: u32, ends: [DVec2; 2], window: [DVec2; 2]) {
+        let twin = self.topology.twin[edge as usize];
+        if twin == NONE || self.through.len() + 1 >= REACH {
+            return;
+        }
+        let beyond = self.topology.next[twin as usize];
+        let apex = self.topology.prev[twin as usize];
+        let point = unfold(ends, edge_length(self.mesh, self.topology, beyond), edge_length(self.mesh, self.topology, apex));
+        self.through.push((edge, ends[0], ends[1]));
+        let [from_right, from_left] = [window[0].perp_dot(point), point.perp_dot(window[1])];
+        if from_right > 0.0 && from_left > 0.0 {
+            self.arrive(graph, apex, point, ends);
+        }
+        if from_right > 0.0 {
+            let left = if from_left > 0.0 { point } else { window[1] };
+            self.look(graph, beyond, [ends[0], point], [window[0], left]);
+        }
+        if from_left > 0.0 {
+            let right = if from_right > 0.0 { point } else { window[0] };
+            self.look(graph, apex, [point, ends[1]], [right, window[1]]);
+        }
+        self.through.pop();
+    }
+
+    /// Adds the arc to the origin of `apex`, seen at `point` over the edge with the unfolded `ends`.
+    fn arrive(&self, graph: &mut FieldGraph, apex: u32, point: DVec2, ends: [DVec2; 2]) {
+        let to = self.topology.from(apex);
+        let first = graph.crossings.len();
+        for &(edge, right, left) in &self.through {
+            // Solve right + t (left - right) parallel to point.
+            let t = right.perp_dot(point) / (right - left).perp_dot(point);
+            if !(MARGIN..=1.0 - MARGIN).contains(&t) {
+                graph.crossings.truncate(first);
+                return;
+            }
+            graph.crossings.push((self.topology.from(edge), self.topology.to(edge), t));
+        }
+        if to == self.start {
+            graph.crossings.truncate(first);
+            return;
+        }
+        // At the apex, angles run from the half-edge to the left end towards the right end.
+        let inner = (ends[1] - point).angle_to(-point);
+        graph.push(Arc {
+            to,
+            leave: self.base + self.scale[self.start as usize] * point.to_angle(),
+            back: self.polar[apex as usize] + self.scale[to as usize] * inner,
+            length: point.length(),
+            crossings: [first as u32, graph.crossings.len() as u32],
+        });
+    }
+}
+
+/// The point beyond the segment `[right, left]` at the given distances from its ends.
+fn unfold([right, left]: [DVec2; 2], from_right: f64, from_left: f64) -> DVec2 {
+    let along = left - right;
+    let width = along.length();
+    let x = (width * width + from_right * from_right - from_left * from_left) / (2.0 * width);
+    let height = (from_right * from_right - x * x).max(0.0).sqrt();
+    right + (along * x - along.perp() * height) / width
+}
+
+fn edge_length(mesh: &TriangleMesh, topology: &Topology, h: u32) -> f64 {
+    mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize])
+}
+
+/// Angle at the origin of a half-edge, between it and the previous one.
+fn corner_angle(mesh: &TriangleMesh, topology: &Topology, h: u32) -> f64 {
+    let [at, to, back] =
+        [topology.from(h), topology.to(h), topology.from(topology.prev[h as usize])].map(|v| mesh.positions[v as usize]);
+    (to - at).angle_between(back - at)
+}
+
+#[cfg(test)]
+#[path = "tracing_tests.rs"]
+mod tests;
