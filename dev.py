@@ -268,7 +268,7 @@ def check() -> None:
         "Python format": [*python, "ruff", "format", "--check", *folders],
         "Python lint": [*python, "ruff", "check", *folders],
         "Python types": [*python, "mypy", "dev.py", "tools", "bench"],
-        "stubs": [*python, "mypy.stubtest", "quadloom", "--ignore-disjoint-bases"],
+        "stubs": stub_check(),
         "layers and papers": pytest("tests/repo"),
     }
     failed = []
@@ -278,6 +278,13 @@ def check() -> None:
                 failed.append(name)
     if failed:
         raise Failure(f"Not in order: {', '.join(failed)}.")
+
+
+def stub_check() -> list[str]:
+    """Compares the type stubs with the installed wheel. maturin puts the library one level down; it is no interface."""
+    allowed = str(ROOT / "tests" / "api" / "stubs_allowed.txt")
+    # pyo3 does not mark its classes with the decorator that newer type checkers know.
+    return [str(VENV_PYTHON), "-m", "mypy.stubtest", "quadloom", "--allowlist", allowed, "--ignore-disjoint-bases"]
 
 
 # Measuring

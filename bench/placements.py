@@ -29,7 +29,6 @@ os.environ.setdefault("RAYON_NUM_THREADS", "1")
 
 import meshcheck  # noqa: E402  (found through the lines above)
 import numpy as np  # noqa: E402
-
 import quadloom  # noqa: E402
 
 MESHES = ROOT / "blend_fixtures" / "meshes"
@@ -280,7 +279,7 @@ def main() -> int:
         writer.writerows(rows)
     show(rows)
     print(f"\n{given.csv}: {len(rows)} cases in {time.monotonic() - start:.0f} s")
-    sound = all(row["outcome"] == "made" and all(test(row) for test in SOUND.values()) or not row["cause"] for row in rows)
+    sound = all((row["outcome"] == "made" and all(test(row) for test in SOUND.values())) or not row["cause"] for row in rows)
     return 0 if sound else 1
 
 

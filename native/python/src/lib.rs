@@ -3,7 +3,7 @@
 //! Layer 3, the only crate that knows Python. Each file binds one thing; the type stubs are in `quadloom.pyi` and
 //! tests/api keeps them true.
 
-// pyo3 hands arguments over by value, and a `#[pymethods]` getter needs `self` whatever it reads.
+// pyo3 hands arguments over by value.
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
