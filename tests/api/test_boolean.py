@@ -7,9 +7,8 @@ import time
 import meshcheck
 import numpy as np
 import pytest
-from conftest import polygons, shipped
-
 import quadloom
+from conftest import polygons, shipped
 
 OPERATIONS = ("union", "intersection", "difference")
 

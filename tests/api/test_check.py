@@ -5,9 +5,8 @@ from __future__ import annotations
 import meshcheck
 import numpy as np
 import pytest
-from conftest import CUBE_FACES, ROOT, cube_positions, polygons, shipped
-
 import quadloom
+from conftest import CUBE_FACES, ROOT, cube_positions, polygons, shipped
 
 SHIPPED = sorted(
     path.relative_to(ROOT / "blend_fixtures" / "meshes") for path in (ROOT / "blend_fixtures" / "meshes").rglob("*.obj")

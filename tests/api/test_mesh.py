@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import CUBE_FACES, cube_positions
-
 import quadloom
+from conftest import CUBE_FACES, cube_positions
 
 OFFSETS = np.arange(0, 25, 4)
 CORNERS = np.ravel(CUBE_FACES)

@@ -9,9 +9,8 @@ import time
 
 import numpy as np
 import pytest
-from conftest import CUBE_FACES, cube_positions
-
 import quadloom
+from conftest import CUBE_FACES, cube_positions
 
 # Time from asking to stop until the call has ended; the second value allows for a busy machine.
 CANCEL_SECONDS = 0.2
