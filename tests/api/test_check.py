@@ -16,7 +16,10 @@ SHIPPED = sorted(
 def test_a_sound_mesh_has_no_defects(cube):
     defects = quadloom.check(cube)
     assert not defects
-    assert defects.is_valid and defects.closed and defects.manifold and defects.pure_quad
+    assert defects.is_valid
+    assert defects.closed
+    assert defects.manifold
+    assert defects.pure_quad
     assert (defects.components, defects.euler) == (1, 2)
     assert defects.summary == "no defects"
 
