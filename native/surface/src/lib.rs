@@ -2,6 +2,7 @@
 
 pub mod closest;
 pub mod cross_field;
+mod editable;
 pub mod geodesic;
 pub mod parametrize;
 pub mod remesh;
