@@ -1,17 +1,31 @@
 """Pure-quad booleans of polygon meshes. Meshes are in Blender's own layout, lengths in scene units."""
 
 from collections.abc import Callable, Iterable
-from typing import Any, Literal, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__version__: str
-__all__: list[str]
+__all__ = [
+    "BooleanResult",
+    "Cancelled",
+    "CornerSources",
+    "Defects",
+    "InfeasibleError",
+    "InternalError",
+    "InvalidMeshError",
+    "Mesh",
+    "QuadloomError",
+    "__version__",
+    "boolean",
+    "check",
+]
 
-type _Indices = NDArray[np.int32]
-type _Floats = NDArray[np.float64]
-type _Progress = Callable[[str, float], bool | None]
+__version__: str
+
+_Indices: TypeAlias = NDArray[np.int32]
+_Floats: TypeAlias = NDArray[np.float64]
+_Progress: TypeAlias = Callable[[str, float], bool | None]
 
 class QuadloomError(Exception):
     """Base of every error of this module."""
@@ -106,3 +120,63 @@ class Defects:
 
 def check(mesh: Mesh, *, progress: _Progress | None = None) -> Defects:
     """Every defect of a mesh, with indices."""
+
+@final
+class CornerSources:
+    """Where each of the C corners of a result takes its attributes from: a point of an input's face."""
+
+    @property
+    def mesh(self) -> _Indices:
+        """(C,) input mesh, 0 or 1."""
+    @property
+    def face(self) -> _Indices:
+        """(C,) face of that mesh."""
+    @property
+    def weights(self) -> _Floats:
+        """(C, 4) weights of that face's four corners, in their order; each row sums to 1."""
+
+@final
+class BooleanResult:
+    """What `boolean` returns."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The result, every face a quad."""
+    @property
+    def face_source(self) -> _Indices:
+        """(F, 2) the input mesh (0 or 1) and the face of it that each face is; (-1, -1) when new."""
+    @property
+    def corner_source(self) -> CornerSources: ...
+    @property
+    def intersection_edges(self) -> _Indices:
+        """(E, 2) edges of `mesh` on the intersection curve, as vertex pairs."""
+    @property
+    def report(self) -> dict[str, Any]:
+        """What was done: counts, seconds a stage, warnings."""
+
+def boolean(
+    a: Mesh,
+    b: Mesh,
+    operation: Literal["union", "intersection", "difference"] = "union",
+    *,
+    retraction_distance: float = 1.0,
+    alpha: float = 0.5,
+    blend_radius: float = 0.0,
+    layout: Literal["motorcycle", "separatrices"] = "motorcycle",
+    regroup: Literal["rows", "rectangles"] = "rows",
+    filler: Literal["auto", "patches", "rings", "matching"] = "auto",
+    sharp_angle: float = ...,
+    feature_edges: tuple[ArrayLike, ArrayLike] | None = None,
+    progress: _Progress | None = None,
+) -> BooleanResult:
+    """Union, intersection or difference (A without B) of two closed, manifold, pure-quad meshes, as a pure-quad mesh
+    that keeps every quad the cut does not come near, vertex for vertex.
+
+    retraction_distance: quads nearer to the intersection curve than this are remade; edge lengths, 0 to 10.
+    alpha: even edge lengths (towards 0) or regular patches (towards 1); between 0 and 1, both excluded.
+    blend_radius: smooth the surface within this distance of the curve; scene units, 0 keeps the curve sharp.
+    sharp_angle: edges bent by more than this become edge loops of the band; radians, 0 to pi, by default 35 degrees.
+    feature_edges: for A and for B, (E, 2) vertex pairs that become edge loops of the band whatever their angle.
+    progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+    Raises InvalidMeshError, InfeasibleError, Cancelled, or QuadloomError when an option is out of range."""

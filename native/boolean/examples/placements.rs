@@ -8,7 +8,7 @@ use boolean::{BooleanError, Filler, Operation, Options, boolean};
 use mesh::{Monitor, PolygonMesh};
 use std::path::PathBuf;
 use std::time::Instant;
-use testkit::{fixture::fixture, obj, random};
+use testkit::{fixture, obj, random};
 
 const MESHES: [&str; 11] = [
     "spot_quad",

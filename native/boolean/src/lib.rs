@@ -22,7 +22,7 @@ mod stitch;
 mod validate;
 
 pub use error::{BooleanError, Elements};
-pub use options::{Filler, Layout, Operation, Options, Regroup};
 pub use mesh::Cancelled;
-pub use pipeline::boolean;
+pub use options::{Filler, Layout, Operation, Options, Regroup};
 pub use output::{CornerSource, Output, RegionReport, Report};
+pub use pipeline::boolean;

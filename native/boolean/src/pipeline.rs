@@ -133,7 +133,7 @@ impl Job<'_> {
             }
         }
         match best {
-            Some(done) if done.verdict.topology.is_ok() => Ok(done),
+            Some(done) if done.verdict.topology.is_none() => Ok(done),
             _ => Err(BooleanError::Infeasible {
                 code: "no_fill",
                 sentence: format!(

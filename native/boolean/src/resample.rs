@@ -34,7 +34,7 @@ pub fn resample(band: &Band, plan: &Plan, monitor: &Monitor) -> Result<Resampled
         .zip(&plan.positions)
         .map(|(arc, positions)| Chain { vertices: arc.vertices.clone(), positions: positions.clone() })
         .collect();
-    let done = resample_chains(&band.surface, &chains, monitor).map_err(|error| match monitor.check() {
+    let done = resample_chains(&band.surface, &chains, &plan.size, monitor).map_err(|error| match monitor.check() {
         Err(cancelled) => cancelled.into(),
         Ok(()) => BooleanError::Infeasible {
             code: "line",

@@ -16,8 +16,9 @@ pub const VOLUME_LIMIT: f64 = 0.01;
 /// What was found.
 #[derive(Debug, Clone, Default)]
 pub struct Verdict {
-    /// Closed, manifold and oriented, with the exact boolean's Euler characteristic and number of components.
-    pub topology: Result<(), String>,
+    /// What is wrong with the topology; it should be closed, manifold and oriented, with the exact boolean's Euler
+    /// characteristic and number of components.
+    pub topology: Option<String>,
     /// New faces whose scaled Jacobian is not positive.
     pub inverted: Vec<u32>,
     /// Pairs of faces, one of them new, that intersect.
@@ -37,7 +38,7 @@ pub struct Verdict {
 impl Verdict {
     /// Nothing to complain of.
     pub fn is_valid(&self) -> bool {
-        self.topology.is_ok()
+        self.topology.is_none()
             && self.inverted.is_empty()
             && self.intersecting.is_empty()
             && self.distance <= DISTANCE_LIMIT
@@ -46,7 +47,7 @@ impl Verdict {
 
     /// Lower is better; an invalid topology is infinitely bad.
     pub fn score(&self) -> f64 {
-        if self.topology.is_err() {
+        if self.topology.is_some() {
             return f64::INFINITY;
         }
         (self.inverted.len() + self.intersecting.len()) as f64
@@ -58,7 +59,7 @@ impl Verdict {
     /// The complaints in words.
     pub fn complaints(&self) -> String {
         let mut words = Vec::new();
-        if let Err(reason) = &self.topology {
+        if let Some(reason) = &self.topology {
             words.push(reason.clone());
         }
         if !self.inverted.is_empty() {
@@ -129,7 +130,7 @@ fn check_topology(mesh: &PolygonMesh, topology: &Topology, cut: &Cut) -> Result<
 pub fn validate(stitched: &Stitched, cut: &Cut, band: &Band, diagonal: f64, monitor: &Monitor) -> Result<Verdict, Cancelled> {
     let mesh = &stitched.mesh;
     let topology = Topology::of(mesh);
-    let mut verdict = Verdict { topology: check_topology(mesh, &topology, cut), jacobian_min: 1.0, ..Verdict::default() };
+    let mut verdict = Verdict { topology: check_topology(mesh, &topology, cut).err(), jacobian_min: 1.0, ..Verdict::default() };
     let new: Vec<u32> = (0..mesh.face_count() as u32).filter(|&f| stitched.face_source[f as usize][0] < 0).collect();
     let mut sum = 0.0;
     for &f in &new {

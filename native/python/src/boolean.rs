@@ -4,7 +4,7 @@ use crate::arrays;
 use crate::errors::{self, InfeasibleError, InvalidMeshError, QuadloomError};
 use crate::mesh::Mesh;
 use crate::worker;
-use boolean::{BooleanError, CornerSource, Elements, Filler, Layout, Operation, Options, Output, Regroup};
+use ::boolean::{BooleanError, CornerSource, Elements, Filler, Layout, Operation, Options, Output, Regroup};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -107,7 +107,7 @@ pub fn boolean_of_meshes(
     };
     let (a, b) = (Arc::clone(&a.get().inner), Arc::clone(&b.get().inner));
     let outcome =
-        worker::run(py, progress.as_ref(), move |monitor| boolean::boolean(&a, &b, operation, &options, monitor))?;
+        worker::run(py, progress.as_ref(), move |monitor| ::boolean::boolean(&a, &b, operation, &options, monitor))?;
     to_result(py, outcome.map_err(|error| to_exception(py, error))?)
 }
 

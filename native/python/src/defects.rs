@@ -10,6 +10,8 @@ use std::sync::Arc;
 /// Every defect of a mesh. True when there is any: `if quadloom.check(mesh): ...`. Borders, triangles and n-gons are
 /// listed but are no defects by themselves. Indices are int32 and sorted; edges are vertex pairs, lower vertex first.
 #[pyclass(frozen, get_all, module = "quadloom")]
+// A state each, as Python reads them; nothing switches on them.
+#[allow(clippy::struct_excessive_bools)]
 pub struct Defects {
     /// (N,) vertices with a coordinate that is infinite or not a number.
     nonfinite_verts: Py<PyArray1<i32>>,

@@ -3,10 +3,11 @@
 //! Layer 3, the only crate that knows Python. Each file binds one thing; the type stubs are in `quadloom.pyi` and
 //! tests/api keeps them true.
 
-// pyo3 hands arguments over by value, and a `#[pymethods]` getter needs `self` whatever it reads.
+// pyo3 hands arguments over by value.
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
+mod boolean;
 mod defects;
 mod errors;
 mod mesh;
@@ -22,5 +23,8 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<mesh::Mesh>()?;
     module.add_class::<defects::Defects>()?;
     module.add_function(wrap_pyfunction!(defects::check, module)?)?;
+    module.add_class::<boolean::BooleanResult>()?;
+    module.add_class::<boolean::CornerSources>()?;
+    module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
     Ok(())
 }

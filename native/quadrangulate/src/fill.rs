@@ -214,7 +214,6 @@ impl Filling {
 
 impl Turn {
     fn all(sides: usize) -> impl Iterator<Item = Self> {
-        // Fewer than three sides: a reflection is also a rotation, of the tuple if not of the pattern.
         [false, true].into_iter().flat_map(move |mirrored| (0..sides).map(move |first| Self { first, mirrored }))
     }
 
@@ -285,10 +284,10 @@ impl Best {
 
 /// Patterns that fit, unfolded: all of the least valence excess, and more while fewer than `most` were found.
 fn pattern_disks(sides: &[u32], most: usize) -> Vec<(Disk, String, f64)> {
-    let mut fits: Vec<Fit> = Vec::new();
     let of_size: Vec<usize> = (0..PATTERNS.len()).filter(|&p| PATTERNS[p].sides.len() == sides.len()).collect();
     let mut disks = Vec::new();
     for equals in of_size.chunk_by(|&a, &b| PATTERNS[a].valence_excess == PATTERNS[b].valence_excess) {
+        let mut fits: Vec<Fit> = Vec::new();
         for (&pattern, turn) in equals.iter().flat_map(|p| Turn::all(sides.len()).map(move |t| (p, t))) {
             if let Some(strips) = strips::solve(&PATTERNS[pattern], &turn.apply(sides)) {
                 let unevenness = variance(&strips);
@@ -301,7 +300,7 @@ fn pattern_disks(sides: &[u32], most: usize) -> Vec<(Disk, String, f64)> {
         if most == 1 {
             fits.truncate(1);
         }
-        for fit in fits.drain(..) {
+        for fit in fits {
             let pattern = &PATTERNS[fit.pattern];
             let disk = fit.turn.undo(sides, &Disk::unfold(pattern, &fit.strips));
             disks.push((disk, pattern.name.clone(), fit.unevenness));

@@ -2,10 +2,19 @@
 
 mod disk;
 mod fill;
+mod flatten;
 pub mod layout;
+mod lbfgs;
+mod locate;
+mod optimise;
 mod pattern;
+mod place;
+pub mod quantise;
 mod strips;
 mod universal;
 
 pub use disk::{Cost, Method, PatchTopology};
 pub use fill::{FillError, Filler, fill_disk, fill_loop};
+pub mod improve;
+pub use optimise::optimise_flat;
+pub use place::{DiskSurface, PlaceError, place};

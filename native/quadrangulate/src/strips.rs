@@ -191,7 +191,8 @@ mod tests {
                 assert_eq!(counts(p, &solved), lengths, "{}", p.name);
                 assert!(solved.iter().all(|&x| x >= 1));
                 let squares = |x: &[u32]| x.iter().map(|v| v * v).sum::<u32>();
-                if squares(&solved) > squares(&strips) { println!("{} {lengths:?} {solved:?} {strips:?} {}", p.name, f64::from(squares(&solved)) / f64::from(squares(&strips))); }
+                // Exchanges of at most four groups end in a local optimum, rarely more than a tenth above these.
+                assert!(squares(&solved) <= squares(&strips) * 5 / 4, "{} {lengths:?}: uneven", p.name);
             }
         }
     }

@@ -148,3 +148,97 @@ fn every_small_tuple_fills() {
         tally.report(&format!("{n} sides"));
     }
 }
+
+/// 0 to 12 corners, mostly short sides: nothing fails, and the border is as asked.
+#[test]
+fn random_disks_fill() {
+    let mut random = Random(7);
+    let mut tally = Tally::default();
+    for _ in 0..3000 {
+        let n = random.below(13);
+        if n == 0 {
+            let perimeter = 4 + 2 * random.below(30);
+            let (irregular, _) = judge(&fill_loop(perimeter).unwrap(), &[], perimeter);
+            assert_eq!(irregular, 4, "a loop needs four vertices of valence 3");
+            continue;
+        }
+        let mut sides: Vec<u32> = (0..n).map(|_| 1 + random.below(9)).collect();
+        sides[0] += sides.iter().sum::<u32>() % 2;
+        if sides.iter().sum::<u32>() >= 4 {
+            tally.add(&sides);
+        }
+    }
+    tally.report("random disks");
+    assert!(tally.irregular.keys().max() <= Some(&16));
+}
+
+/// Long sides cost no more than the quads they make.
+#[test]
+fn long_sides_fill() {
+    for sides in [vec![400, 3], vec![90, 120, 70], vec![200, 37, 190, 51], vec![60, 9, 80, 33, 40], vec![99, 30, 31, 70, 8, 40]] {
+        let patch = fill_disk(&sides).map(|patch| judge(&patch, &sides, sides.iter().sum()));
+        assert_eq!(patch.is_err(), sides.iter().sum::<u32>() % 2 == 1);
+    }
+}
+
+#[test]
+fn turned_sides_give_the_same_filling() {
+    let sides = [3, 5, 4, 7, 1];
+    let first = fill_disk(&sides).unwrap();
+    for turn in 0..5 {
+        let mut turned = sides.to_vec();
+        turned.rotate_left(turn);
+        let one = fill_disk(&turned).unwrap();
+        turned.reverse();
+        let other = fill_disk(&turned).unwrap();
+        for patch in [one, other] {
+            assert_eq!((patch.cost, patch.quads.len()), (first.cost, first.quads.len()));
+        }
+    }
+}
+
+#[test]
+fn candidates_differ_and_come_best_first() {
+    let mut filler = Filler::new();
+    for sides in tuples(4, 6).into_iter().chain(tuples(6, 3)).chain([vec![9, 7, 8, 5, 6, 7]]) {
+        let found = filler.candidates(&sides, 4).unwrap();
+        assert!((1..=4).contains(&found.len()));
+        assert_eq!(found[0].cost, Filler::new().fill(&sides).unwrap().cost, "{sides:?}");
+        for (k, patch) in found.iter().enumerate() {
+            judge(patch, &sides, sides.iter().sum());
+            assert!(found[..k].iter().all(|p| p.cost <= patch.cost && p.quads != patch.quads), "{sides:?}");
+        }
+    }
+}
+
+#[test]
+fn blunt_corners_get_two_quads() {
+    let sides = [4, 3, 3, 4, 6, 4];
+    let right = std::f64::consts::FRAC_PI_2;
+    let angles = [right, right, 2.0 * right, right, right, 3.0 * right];
+    for patch in Filler::new().candidates_with_angles(&sides, &angles, 3).unwrap() {
+        let (_, bad) = judge(&patch, &sides, 24);
+        assert_eq!((bad, patch.method), (2, Method::Flattened));
+        assert_eq!(patch.quads.iter().flatten().filter(|&&v| v == 10).count(), 1, "corner 3 is sharp");
+    }
+}
+
+#[test]
+fn impossible_borders_say_why() {
+    assert_eq!(fill_disk(&[2, 2, 3]), Err(FillError::OddPerimeter { perimeter: 7 }));
+    assert_eq!(fill_disk(&[1, 1]), Err(FillError::PerimeterOutOfRange { perimeter: 2 }));
+    assert_eq!(fill_disk(&[2, 0, 2, 4]), Err(FillError::EmptySide { side: 1 }));
+    assert_eq!(fill_disk(&[u32::MAX, 1]), Err(FillError::PerimeterOutOfRange { perimeter: 1 << 32 }));
+    assert_eq!(fill_loop(5), Err(FillError::OddPerimeter { perimeter: 5 }));
+    assert!(fill_disk(&[]).is_err());
+    assert!(Filler::new().candidates_with_angles(&[2, 2], &[1.0], 1).is_err());
+}
+
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: u32) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) % u64::from(n)) as u32
+    }
+}

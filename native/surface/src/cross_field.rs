@@ -40,13 +40,17 @@ pub enum CrossFieldError {
         triangle: u32,
     },
     /// A feature names two vertices that no triangle edge joins.
-    #[error("feature {feature} is not an edge of the mesh; give pairs of vertices joined by an edge")]
+    #[error(
+        "feature {feature} is not an edge of the mesh; give pairs of vertices joined by an edge"
+    )]
     NoSuchEdge {
         /// Index into the features.
         feature: usize,
     },
     /// A connected component has nothing to follow while others have.
-    #[error("the component of triangle {triangle} has neither border nor feature while others have; compute its field separately")]
+    #[error(
+        "the component of triangle {triangle} has neither border nor feature while others have; compute its field separately"
+    )]
     Unconstrained {
         /// A triangle of the component.
         triangle: u32,
@@ -70,7 +74,11 @@ enum Cross {
 ///
 /// # Errors
 /// [`CrossFieldError`]; all of its cases can be read off the input except a failed factorisation.
-pub fn cross_field(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2]]) -> Result<CrossField, CrossFieldError> {
+pub fn cross_field(
+    mesh: &TriangleMesh,
+    topology: &Topology,
+    features: &[[u32; 2]],
+) -> Result<CrossField, CrossFieldError> {
     let faces = mesh.triangles.len();
     let edge_angle = edge_angles(mesh)?;
     // Sum, over the edges a face must follow, of the cross along that edge, weighted by length.
@@ -80,7 +88,9 @@ pub fn cross_field(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2
         let aim = target[h as usize / 3].get_or_insert(DVec2::ZERO);
         *aim += a.distance(b) * DVec2::from_angle(4.0 * edge_angle[h as usize]);
     };
-    (0..topology.len() as u32).filter(|&h| topology.is_border(h)).for_each(&mut follow);
+    (0..topology.len() as u32)
+        .filter(|&h| topology.is_border(h))
+        .for_each(&mut follow);
     for (feature, &[a, b]) in features.iter().enumerate() {
         let inside = |v: u32| (v as usize) < mesh.positions.len();
         let found = (inside(a) && inside(b)).then(|| [topology.find(a, b), topology.find(b, a)]);
@@ -89,7 +99,11 @@ pub fn cross_field(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2
             return Err(CrossFieldError::NoSuchEdge { feature });
         }
         // A border edge follows itself already.
-        sides.into_iter().flatten().filter(|&h| !topology.is_border(h)).for_each(&mut follow);
+        sides
+            .into_iter()
+            .flatten()
+            .filter(|&h| !topology.is_border(h))
+            .for_each(&mut follow);
     }
 
     let mut free = 0;
@@ -125,7 +139,12 @@ pub fn cross_field(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2
         .map(|v| (v, turning(mesh, topology, &edge_angle, &face_angle, v)))
         .filter(|&(_, index)| index != 0)
         .collect();
-    Ok(CrossField { face_directions, vertex_directions, vertex_normals, singularities })
+    Ok(CrossField {
+        face_directions,
+        vertex_directions,
+        vertex_normals,
+        singularities,
+    })
 }
 
 /// Length that "negligible" is measured against: the first triangle's longest side stands for all.
@@ -157,7 +176,10 @@ fn edge_angles(mesh: &TriangleMesh) -> Result<Vec<f64>, CrossFieldError> {
 
 /// Every component must hold a fixed face, or its block of the matrix has no unique solution.
 fn check_components(topology: &Topology, crosses: &[Cross]) -> Result<(), CrossFieldError> {
-    let mut reached: Vec<bool> = crosses.iter().map(|cross| matches!(cross, Cross::Fixed(_))).collect();
+    let mut reached: Vec<bool> = crosses
+        .iter()
+        .map(|cross| matches!(cross, Cross::Fixed(_)))
+        .collect();
     let mut stack: Vec<usize> = (0..crosses.len()).filter(|&f| reached[f]).collect();
     while let Some(f) = stack.pop() {
         for h in 3 * f..3 * f + 3 {
@@ -189,12 +211,16 @@ fn solve_crosses(
         let twin = topology.twin[h as usize];
         let (f, g) = (h as usize / 3, twin as usize / 3);
         // Weight of the dual edge for linear elements on an equilateral mesh: |e|^2 over a third of both areas.
-        let length = mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize]);
-        let weight = 6.0 * length * length / (mesh.area_normal(f).length() + mesh.area_normal(g).length());
+        let length = mesh.positions[topology.from(h) as usize]
+            .distance(mesh.positions[topology.to(h) as usize]);
+        let weight =
+            6.0 * length * length / (mesh.area_normal(f).length() + mesh.area_normal(g).length());
         // The twin runs the other way; half a turn vanishes in the fourth power.
         let turn = DVec2::from_angle(4.0 * (edge_angle[h as usize] - edge_angle[twin as usize]));
         for (cross, other, turn) in [(f, g, turn), (g, f, DVec2::new(turn.x, -turn.y))] {
-            let Cross::Free(i) = crosses[cross] else { continue };
+            let Cross::Free(i) = crosses[cross] else {
+                continue;
+            };
             triplets.extend([(2 * i, 2 * i, weight), (2 * i + 1, 2 * i + 1, weight)]);
             match crosses[other] {
                 Cross::Fixed(value) => {
@@ -222,7 +248,9 @@ fn solve_crosses(
         .map(|&cross| match cross {
             Cross::Fixed(value) => value,
             // A cross that vanishes is a singularity inside the face: any direction is as good as another there.
-            Cross::Free(i) => DVec2::new(right[2 * i], right[2 * i + 1]).try_normalize().unwrap_or(DVec2::X),
+            Cross::Free(i) => DVec2::new(right[2 * i], right[2 * i + 1])
+                .try_normalize()
+                .unwrap_or(DVec2::X),
         })
         .collect())
 }
@@ -235,7 +263,9 @@ fn smoothest(free: usize, triplets: &mut Vec<(usize, usize, f64)>) -> Result<Vec
     triplets.extend((0..2 * free).map(|i| (i, i, shift)));
     let factor = Factor::new(2 * free, triplets)?;
     // Any start that is not orthogonal to the answer will do; this one has no symmetry a mesh could share.
-    let mut x: Vec<f64> = (0..2 * free).map(|i| (1.0 + (i as f64 * 0.618_033_988_75).fract()).sin() - 0.3).collect();
+    let mut x: Vec<f64> = (0..2 * free)
+        .map(|i| (1.0 + (i as f64 * 0.618_033_988_75).fract()).sin() - 0.3)
+        .collect();
     for _ in 0..60 {
         factor.solve(&mut x)?;
         let norm = x.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -266,7 +296,8 @@ fn vertex_crosses(mesh: &TriangleMesh, face_directions: &[DVec3]) -> (Vec<DVec3>
             if normal == DVec3::ZERO {
                 continue;
             }
-            let direction = glam::DQuat::from_rotation_arc(face_normal, normal) * face_directions[f];
+            let direction =
+                glam::DQuat::from_rotation_arc(face_normal, normal) * face_directions[f];
             let (x, y) = normal.any_orthonormal_pair();
             let angle = direction.dot(y).atan2(direction.dot(x));
             powers[triangle[k] as usize] += corner_angle(f, k) * DVec2::from_angle(4.0 * angle);
@@ -289,13 +320,20 @@ fn vertex_crosses(mesh: &TriangleMesh, face_directions: &[DVec3]) -> (Vec<DVec3>
 
 /// Index of the field at an interior vertex in quarter turns: how far the cross turns against a direction carried round
 /// the vertex, plus the angle the surface itself lacks there.
-fn turning(mesh: &TriangleMesh, topology: &Topology, edge_angle: &[f64], face_angle: &[f64], v: u32) -> i32 {
+fn turning(
+    mesh: &TriangleMesh,
+    topology: &Topology,
+    edge_angle: &[f64],
+    face_angle: &[f64],
+    v: u32,
+) -> i32 {
     let mut turned = 0.0;
     let mut angles = 0.0;
     for h in topology.around(v) {
         let before = topology.prev[h as usize];
         let twin = topology.twin[before as usize];
-        let [at, to, back] = [v, topology.to(h), topology.from(before)].map(|u| mesh.positions[u as usize]);
+        let [at, to, back] =
+            [v, topology.to(h), topology.from(before)].map(|u| mesh.positions[u as usize]);
         angles += (to - at).angle_between(back - at);
         // Cross relative to the shared edge on either side of it.
         let here = face_angle[h as usize / 3] - edge_angle[before as usize];

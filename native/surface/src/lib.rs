@@ -1,4 +1,15 @@
 //! Geometry on triangle surfaces: geodesics, cross fields, tracing, maps, remeshing, smoothing.
 
+pub mod closest;
 pub mod cross_field;
+mod editable;
+pub mod geodesic;
+pub mod parametrize;
+pub mod remesh;
+pub mod resample;
+pub mod smooth;
+pub mod smooth_blend;
+pub mod smooth_star;
+#[cfg(test)]
+mod test_shapes;
 pub mod tracing;

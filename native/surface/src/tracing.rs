@@ -30,13 +30,16 @@ const MARGIN: f64 = 0.12;
 pub struct TraceOptions {
     /// Half the opening of the visibility cone, radians, 0 to pi/2. Default: 45 degrees, the paper's.
     pub cone: f64,
-    /// Extra cost of an arc that leaves its direction by 45 degrees, as a multiple of its length. Default: 6.
+    /// Extra cost of an arc that leaves its direction by 45 degrees, as a multiple of its length. Default: 20.
     pub penalty: f64,
 }
 
 impl Default for TraceOptions {
     fn default() -> Self {
-        Self { cone: FRAC_PI_4, penalty: 6.0 }
+        Self {
+            cone: FRAC_PI_4,
+            penalty: 20.0,
+        }
     }
 }
 
@@ -139,7 +142,9 @@ impl FieldGraph {
         let mut graph = Self {
             angle: vec![0.0; vertices],
             full_turn: vec![TAU; vertices],
-            on_border: (0..vertices as u32).map(|v| topology.is_border_vertex(v)).collect(),
+            on_border: (0..vertices as u32)
+                .map(|v| topology.is_border_vertex(v))
+                .collect(),
             field: vec![0.0; vertices],
             arcs: Vec::with_capacity(25 * vertices),
             first_arc: vec![0],
@@ -158,7 +163,9 @@ impl FieldGraph {
                 graph.full_turn[v as usize] = sum;
             } else if sum > 0.0 {
                 scale[v as usize] = TAU / sum;
-                topology.around(v).for_each(|h| polar[h as usize] *= TAU / sum);
+                topology
+                    .around(v)
+                    .for_each(|h| polar[h as usize] *= TAU / sum);
             }
             let mut power = DVec2::ZERO;
             for h in topology.around(v) {
@@ -185,12 +192,25 @@ impl FieldGraph {
                         crossings: [0, 0],
                     });
                 }
-                let mut sight =
-                    Sight { mesh, topology, polar: &polar, scale: &scale, start, base: polar[h as usize], through: vec![] };
+                let mut sight = Sight {
+                    mesh,
+                    topology,
+                    polar: &polar,
+                    scale: &scale,
+                    start,
+                    base: polar[h as usize],
+                    through: vec![],
+                };
                 let corner = corner_angle(mesh, topology, h);
                 let right = DVec2::new(edge_length(mesh, topology, h), 0.0);
-                let left = edge_length(mesh, topology, topology.prev[h as usize]) * DVec2::from_angle(corner);
-                sight.look(&mut graph, topology.next[h as usize], [right, left], [right, left]);
+                let left = edge_length(mesh, topology, topology.prev[h as usize])
+                    * DVec2::from_angle(corner);
+                sight.look(
+                    &mut graph,
+                    topology.next[h as usize],
+                    [right, left],
+                    [right, left],
+                );
             }
             graph.first_arc.push(graph.arcs.len() as u32);
         }
@@ -229,7 +249,10 @@ impl FieldGraph {
         let mut landing: Option<(f64, u32, u32)> = None;
         let mut queue = BinaryHeap::new();
         let origin = nodes as u32;
-        queue.push(Reached { cost: 0.0, node: origin });
+        queue.push(Reached {
+            cost: 0.0,
+            node: origin,
+        });
         while let Some(Reached { cost, node }) = queue.pop() {
             if cost > limit || landing.is_some_and(|(found, ..)| found <= cost) {
                 break;
@@ -239,7 +262,10 @@ impl FieldGraph {
             } else if cost > best[node as usize].0 {
                 continue;
             } else {
-                (node / 4, self.field[node as usize / 4] + f64::from(node % 4) * FRAC_PI_2)
+                (
+                    node / 4,
+                    self.field[node as usize / 4] + f64::from(node % 4) * FRAC_PI_2,
+                )
             };
             for index in self.first_arc[v as usize]..self.first_arc[v as usize + 1] {
                 let arc = self.arcs[index as usize];
@@ -250,7 +276,11 @@ impl FieldGraph {
                 // A border vertex has no settled cross: its landing is judged by the angle of arrival alone.
                 let travel = arc.back + PI;
                 let off = wrap_quarter(travel - self.field[arc.to as usize]);
-                let settled = if self.on_border[arc.to as usize] { turn } else { off.abs() };
+                let settled = if self.on_border[arc.to as usize] {
+                    turn
+                } else {
+                    off.abs()
+                };
                 let deviation = (turn * turn + settled * settled) / (2.0 * FRAC_PI_4 * FRAC_PI_4);
                 let reached = cost + arc.length * (1.0 + options.penalty * deviation);
                 match visit(arc.to, arc.back) {
@@ -261,11 +291,16 @@ impl FieldGraph {
                         }
                     }
                     Visit::Pass => {
-                        let branch = ((travel - off - self.field[arc.to as usize]) / FRAC_PI_2).round().rem_euclid(4.0);
+                        let branch = ((travel - off - self.field[arc.to as usize]) / FRAC_PI_2)
+                            .round()
+                            .rem_euclid(4.0);
                         let next = 4 * arc.to + branch as u32;
                         if reached < best[next as usize].0 {
                             best[next as usize] = (reached, index, node);
-                            queue.push(Reached { cost: reached, node: next });
+                            queue.push(Reached {
+                                cost: reached,
+                                node: next,
+                            });
                         }
                     }
                 }
@@ -285,13 +320,22 @@ impl FieldGraph {
             points.push(TracePoint::Vertex(arc.to));
         }
         let length = arcs.iter().map(|arc| arc.length).sum();
-        Some(Trace { points, length, cost, arrival: arcs[0].back })
+        Some(Trace {
+            points,
+            length,
+            cost,
+            arrival: arcs[0].back,
+        })
     }
 
     /// Signed angle between two directions at a vertex.
     fn difference(&self, v: u32, a: f64, b: f64) -> f64 {
         let d = a - b;
-        if self.on_border[v as usize] { d } else { d - TAU * (d / TAU).round() }
+        if self.on_border[v as usize] {
+            d
+        } else {
+            d - TAU * (d / TAU).round()
+        }
     }
 }
 
@@ -303,7 +347,10 @@ struct Reached {
 
 impl Ord for Reached {
     fn cmp(&self, other: &Self) -> Ordering {
-        other.cost.total_cmp(&self.cost).then(other.node.cmp(&self.node))
+        other
+            .cost
+            .total_cmp(&self.cost)
+            .then(other.node.cmp(&self.node))
     }
 }
 impl PartialOrd for Reached {
@@ -327,7 +374,11 @@ impl Sight<'_> {
         }
         let beyond = self.topology.next[twin as usize];
         let apex = self.topology.prev[twin as usize];
-        let point = unfold(ends, edge_length(self.mesh, self.topology, beyond), edge_length(self.mesh, self.topology, apex));
+        let point = unfold(
+            ends,
+            edge_length(self.mesh, self.topology, beyond),
+            edge_length(self.mesh, self.topology, apex),
+        );
         self.through.push((edge, ends[0], ends[1]));
         let [from_right, from_left] = [window[0].perp_dot(point), point.perp_dot(window[1])];
         if from_right > 0.0 && from_left > 0.0 {
@@ -355,7 +406,9 @@ impl Sight<'_> {
                 graph.crossings.truncate(first);
                 return;
             }
-            graph.crossings.push((self.topology.from(edge), self.topology.to(edge), t));
+            graph
+                .crossings
+                .push((self.topology.from(edge), self.topology.to(edge), t));
         }
         if to == self.start {
             graph.crossings.truncate(first);
@@ -388,8 +441,12 @@ fn edge_length(mesh: &TriangleMesh, topology: &Topology, h: u32) -> f64 {
 
 /// Angle at the origin of a half-edge, between it and the previous one.
 fn corner_angle(mesh: &TriangleMesh, topology: &Topology, h: u32) -> f64 {
-    let [at, to, back] =
-        [topology.from(h), topology.to(h), topology.from(topology.prev[h as usize])].map(|v| mesh.positions[v as usize]);
+    let [at, to, back] = [
+        topology.from(h),
+        topology.to(h),
+        topology.from(topology.prev[h as usize]),
+    ]
+    .map(|v| mesh.positions[v as usize]);
     (to - at).angle_between(back - at)
 }
 

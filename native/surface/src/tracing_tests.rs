@@ -21,7 +21,11 @@ fn land(graph: &FieldGraph, topology: &Topology, v: u32, back: f64) -> Visit {
     if !topology.is_border_vertex(v) {
         return Visit::Pass;
     }
-    if (back - graph.angle(v) / 2.0).abs() < FRAC_PI_4 { Visit::Land(0.0) } else { Visit::Block }
+    if (back - graph.angle(v) / 2.0).abs() < FRAC_PI_4 {
+        Visit::Land(0.0)
+    } else {
+        Visit::Block
+    }
 }
 
 #[test]
@@ -34,7 +38,13 @@ fn traces_in_a_rectangle_are_straight() {
         if corners.iter().any(|&c| c == p.truncate()) {
             continue;
         }
-        let trace = graph.trace(v, graph.angle(v) / 2.0, &TraceOptions::default(), f64::INFINITY, |u, back| land(&graph, &topology, u, back));
+        let trace = graph.trace(
+            v,
+            graph.angle(v) / 2.0,
+            &TraceOptions::default(),
+            f64::INFINITY,
+            |u, back| land(&graph, &topology, u, back),
+        );
         let trace = trace.expect("a trace");
         let width = if p.y == 0.0 || p.y == 3.0 { 3.0 } else { 4.0 };
         let q = mesh.positions[trace.end() as usize];
@@ -45,12 +55,19 @@ fn traces_in_a_rectangle_are_straight() {
 
 #[test]
 fn lengths_and_angles_agree_with_the_points() {
-    let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.7 * (-0.4 * p.length_squared()).exp()));
+    let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| {
+        p.extend(0.7 * (-0.4 * p.length_squared()).exp())
+    });
     let (topology, graph) = graph_of(&mesh);
     let mut traced = 0;
     for v in 0..36 {
-        let Some(trace) = graph.trace(v, graph.angle(v) / 2.0, &TraceOptions::default(), f64::INFINITY, |u, back| land(&graph, &topology, u, back))
-        else {
+        let Some(trace) = graph.trace(
+            v,
+            graph.angle(v) / 2.0,
+            &TraceOptions::default(),
+            f64::INFINITY,
+            |u, back| land(&graph, &topology, u, back),
+        ) else {
             continue;
         };
         traced += 1;
@@ -71,7 +88,8 @@ fn lengths_and_angles_agree_with_the_points() {
         let mut sum = 0.0;
         let mut seen = None;
         for h in topology.around(end) {
-            let [a, b] = [topology.to(h), topology.from(topology.prev[h as usize])].map(|u| mesh.positions[u as usize] - mesh.positions[end as usize]);
+            let [a, b] = [topology.to(h), topology.from(topology.prev[h as usize])]
+                .map(|u| mesh.positions[u as usize] - mesh.positions[end as usize]);
             let (left, right) = (a.angle_between(back), back.angle_between(b));
             if (left + right - a.angle_between(b)).abs() < 1e-6 {
                 seen.get_or_insert(sum + left);
@@ -85,10 +103,16 @@ fn lengths_and_angles_agree_with_the_points() {
 
 #[test]
 fn arcs_see_about_two_dozen_vertices_and_both_ways() {
-    let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.3 * p.x * p.y));
+    let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| {
+        p.extend(0.3 * p.x * p.y)
+    });
     let (topology, graph) = graph_of(&mesh);
-    let arcs = |v: u32| &graph.arcs[graph.first_arc[v as usize] as usize..graph.first_arc[v as usize + 1] as usize];
-    let interior: Vec<u32> = (0..mesh.positions.len() as u32).filter(|&v| !topology.is_border_vertex(v)).collect();
+    let arcs = |v: u32| {
+        &graph.arcs[graph.first_arc[v as usize] as usize..graph.first_arc[v as usize + 1] as usize]
+    };
+    let interior: Vec<u32> = (0..mesh.positions.len() as u32)
+        .filter(|&v| !topology.is_border_vertex(v))
+        .collect();
     let mean = interior.iter().map(|&v| arcs(v).len()).sum::<usize>() / interior.len();
     assert!((16..40).contains(&mean), "{mean}");
     for v in 0..mesh.positions.len() as u32 {
@@ -99,7 +123,11 @@ fn arcs_see_about_two_dozen_vertices_and_both_ways() {
                     && graph.difference(v, other.back, arc.leave).abs() < 1e-6
                     && graph.difference(arc.to, other.leave, arc.back).abs() < 1e-6
             };
-            assert!(arcs(arc.to).iter().any(|other| same(&other)), "{v} to {}", arc.to);
+            assert!(
+                arcs(arc.to).iter().any(|other| same(&other)),
+                "{v} to {}",
+                arc.to
+            );
         }
     }
 }
@@ -109,9 +137,19 @@ fn limits_and_walls_stop_the_search() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.0));
     let (topology, graph) = graph_of(&mesh);
     let from = |limit: f64, wall: bool| {
-        graph.trace(0, graph.angle(0) / 2.0, &TraceOptions::default(), limit, |u, back| {
-            if wall && topology.is_border_vertex(u) { Visit::Block } else { land(&graph, &topology, u, back) }
-        })
+        graph.trace(
+            0,
+            graph.angle(0) / 2.0,
+            &TraceOptions::default(),
+            limit,
+            |u, back| {
+                if wall && topology.is_border_vertex(u) {
+                    Visit::Block
+                } else {
+                    land(&graph, &topology, u, back)
+                }
+            },
+        )
     };
     assert!(from(f64::INFINITY, false).is_some());
     assert!(from(0.5, false).is_none());

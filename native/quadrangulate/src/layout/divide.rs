@@ -39,17 +39,22 @@ pub(super) struct Shape {
     pub concave: usize,
     pub euler_characteristic: i64,
     pub touches_itself: bool,
+    /// Sides that turn by more than the options allow.
+    pub round: usize,
 }
 
 impl Shape {
-    pub fn of(region: &Region) -> Self {
+    pub fn of(region: &Region, side_turn: f64) -> Self {
         let mut seen = BTreeSet::new();
-        let border: Vec<usize> = (0..region.quarters.len()).filter(|&v| region.quarters[v] > 0).collect();
+        let border: Vec<usize> = (0..region.quarters.len())
+            .filter(|&v| region.quarters[v] > 0)
+            .collect();
         Self {
             sides: border.iter().filter(|&&v| region.quarters[v] == 1).count(),
             concave: border.iter().filter(|&&v| region.quarters[v] > 2).count(),
             euler_characteristic: region.euler_characteristic(),
             touches_itself: !border.iter().all(|&v| seen.insert(region.vertex[v])),
+            round: round_sides(region, side_turn),
         }
     }
 
@@ -58,7 +63,9 @@ impl Shape {
         if self.concave > 0 {
             Some(Fault::Concave)
         } else if self.euler_characteristic != 1 {
-            Some(Fault::NotDisk { euler_characteristic: self.euler_characteristic })
+            Some(Fault::NotDisk {
+                euler_characteristic: self.euler_characteristic,
+            })
         } else if self.touches_itself {
             Some(Fault::TouchesItself)
         } else if !(3..=6).contains(&self.sides) {
@@ -74,6 +81,30 @@ impl Shape {
         let sides = 3_usize.saturating_sub(self.sides) + self.sides.saturating_sub(6);
         100 * holes + 10 * usize::from(self.touches_itself) + sides
     }
+}
+
+/// Number of sides (stretches between corners) whose bends add up to more than `limit`.
+fn round_sides(region: &Region, limit: f64) -> usize {
+    let angles = region.angles();
+    let mut count = 0;
+    for mut border in region.loops() {
+        let corner = border
+            .iter()
+            .position(|&v| region.quarters[v as usize] == 1)
+            .unwrap_or(0);
+        border.rotate_left(corner);
+        let mut turn: f64 = 0.0;
+        for v in border {
+            if region.quarters[v as usize] == 1 {
+                count += usize::from(turn.abs() > limit);
+                turn = 0.0;
+            } else {
+                turn += PI - angles[v as usize];
+            }
+        }
+        count += usize::from(turn.abs() > limit);
+    }
+    count
 }
 
 /// What became of a region.
@@ -100,18 +131,34 @@ pub(super) fn divide(
     options: &LayoutOptions,
     monitor: &Monitor,
 ) -> Result<Step, Cancelled> {
-    let shape = Shape::of(region);
-    let Some(fault) = shape.fault() else { return Ok(Step::Patch) };
+    let shape = Shape::of(region, options.side_turn);
+    let fault = shape.fault();
+    if fault.is_none() && shape.round == 0 {
+        return Ok(Step::Patch);
+    }
     let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
     let crowded = crowded(region, canvas);
-    let relaxed = TraceOptions { cone: (options.trace.cone * 1.5).min(FRAC_PI_2), ..options.trace };
+    let relaxed = TraceOptions {
+        cone: (options.trace.cone * 1.5).min(FRAC_PI_2),
+        ..options.trace
+    };
     // A second try with a wider cone that may also crowd other sides' ends.
     for (trace_options, strict) in [(options.trace, true), (relaxed, false)] {
-        let search = Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict };
+        let search = Search {
+            region,
+            graph: &graph,
+            canvas,
+            options: &trace_options,
+            crowded: &crowded,
+            strict,
+        };
         let candidates = search.candidates(shape.concave > 0, monitor)?;
-        let parts = best_cut(region, shape, &candidates, canvas, monitor)?;
-        if let Some(parts) = parts {
+        if let Some(parts) = best_cut(region, shape, &candidates, canvas, options, monitor)? {
             return Ok(Step::Parts(parts));
+        }
+        // A round side is no reason to bend the rules.
+        if fault.is_none() {
+            return Ok(Step::Patch);
         }
     }
     if shape.concave > 0 {
@@ -122,7 +169,7 @@ pub(super) fn divide(
             return Ok(Step::Flattened(flat, region.vertex[v]));
         }
     }
-    Ok(Step::Stuck(fault))
+    Ok(fault.map_or(Step::Patch, Step::Stuck))
 }
 
 /// The parts of the best cut, if one helps.
@@ -131,16 +178,20 @@ fn best_cut(
     shape: Shape,
     candidates: &[Candidate],
     canvas: &mut Canvas,
+    options: &LayoutOptions,
     monitor: &Monitor,
 ) -> Result<Option<Vec<Region>>, Cancelled> {
-    let mut best: Option<((usize, f64), &Candidate)> = None;
+    let mut best: Option<((usize, usize), f64, &Candidate)> = None;
     let length = canvas.positions.len();
     for candidate in candidates.iter().take(CUTS) {
         monitor.check()?;
         let parts = region.cut(&candidate.trace, candidate.share, &mut canvas.positions);
         canvas.positions.truncate(length);
         let Some(parts) = parts else { continue };
-        let shapes: Vec<Shape> = parts.iter().map(Shape::of).collect();
+        let shapes: Vec<Shape> = parts
+            .iter()
+            .map(|part| Shape::of(part, options.side_turn))
+            .collect();
         let badness: usize = shapes.iter().map(Shape::badness).sum();
         let concave: usize = shapes.iter().map(|s| s.concave).sum();
         let irregular: usize = shapes.iter().map(|s| s.sides.abs_diff(4)).sum();
@@ -148,23 +199,34 @@ fn best_cut(
             [a, b] => a.area().min(b.area()) / region.area(),
             _ => 0.5,
         };
-        let key = if shape.concave > 0 {
+        let round: usize = shapes.iter().map(|s| s.round).sum();
+        let (rank, cost) = if shape.concave > 0 {
             if concave >= shape.concave {
                 continue;
             }
-            (0, candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64))
+            (
+                (0, 0),
+                candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64),
+            )
         } else {
-            if badness >= shape.badness() {
+            if (badness, round) >= (shape.badness(), shape.round) {
                 continue;
             }
-            (badness, candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance))
+            (
+                (badness, round),
+                candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance),
+            )
         };
-        if best.is_none_or(|(found, _)| key.0 < found.0 || key.0 == found.0 && key.1 < found.1) {
-            best = Some((key, candidate));
+        if best.is_none_or(|(found, least, _)| (rank, cost) < (found, least)) {
+            best = Some((rank, cost, candidate));
         }
     }
-    let Some((_, chosen)) = best else { return Ok(None) };
-    let Some(parts) = region.cut(&chosen.trace, chosen.share, &mut canvas.positions) else { return Ok(None) };
+    let Some((.., chosen)) = best else {
+        return Ok(None);
+    };
+    let Some(parts) = region.cut(&chosen.trace, chosen.share, &mut canvas.positions) else {
+        return Ok(None);
+    };
     canvas.fixed.resize(canvas.positions.len(), false);
     canvas.node.resize(canvas.positions.len(), false);
     for end in [chosen.trace.start(), chosen.trace.end()] {
@@ -188,9 +250,19 @@ impl Search<'_> {
         let quarters = &self.region.quarters;
         let eligible = |v: u32| {
             let q = quarters[v as usize];
-            if concave { q > 2 } else { q == 2 && !(self.strict && self.crowded[v as usize]) }
+            if concave {
+                q > 2
+            } else {
+                q == 2 && !(self.strict && self.crowded[v as usize])
+            }
         };
-        let mut starts: Vec<u32> = self.region.loops().concat().into_iter().filter(|&v| eligible(v)).collect();
+        let mut starts: Vec<u32> = self
+            .region
+            .loops()
+            .concat()
+            .into_iter()
+            .filter(|&v| eligible(v))
+            .collect();
         if !concave {
             let stride = starts.len().div_ceil(STARTS).max(1);
             starts = starts.into_iter().step_by(stride).collect();
@@ -201,11 +273,18 @@ impl Search<'_> {
             for j in 1..q {
                 monitor.check()?;
                 let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
-                let found = self.graph.trace(start, direction, self.options, f64::INFINITY, |v, back| self.visit(v, back));
+                let found =
+                    self.graph
+                        .trace(start, direction, self.options, f64::INFINITY, |v, back| {
+                            self.visit(v, back)
+                        });
                 let Some(trace) = found else { continue };
                 let end = trace.end();
                 let (i, _) = self.quarter_of(end, trace.arrival);
-                let share = Share { start: [j, q - j], end: [i, quarters[end as usize] - i] };
+                let share = Share {
+                    start: [j, q - j],
+                    end: [i, quarters[end as usize] - i],
+                };
                 candidates.push(Candidate { trace, share });
             }
         }
@@ -240,7 +319,9 @@ impl Search<'_> {
 /// row of quads into the gap.
 fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
     let mut crowded = vec![false; region.quarters.len()];
-    let ends_side = |v: u32| region.quarters[v as usize] != 2 || canvas.node[region.vertex[v as usize] as usize];
+    let ends_side = |v: u32| {
+        region.quarters[v as usize] != 2 || canvas.node[region.vertex[v as usize] as usize]
+    };
     for border in region.loops() {
         let n = border.len();
         for (k, &v) in border.iter().enumerate() {
@@ -251,8 +332,10 @@ fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
                 let (mut at, mut walked) = (k, 0.0);
                 while walked < 0.6 * canvas.edge_length && !crowded[v as usize] {
                     let next = (at + step) % n;
-                    walked += region.mesh.positions[border[at] as usize].distance(region.mesh.positions[border[next] as usize]);
-                    crowded[v as usize] = walked < 0.6 * canvas.edge_length && ends_side(border[next]);
+                    walked += region.mesh.positions[border[at] as usize]
+                        .distance(region.mesh.positions[border[next] as usize]);
+                    crowded[v as usize] =
+                        walked < 0.6 * canvas.edge_length && ends_side(border[next]);
                     at = next;
                 }
             }

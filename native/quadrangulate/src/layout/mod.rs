@@ -7,7 +7,7 @@
 //!
 //! Deviations: traces are cut one at a time (see `divide`), so tangential crossings cannot arise; a corner's class is its number of quads
 //! (see `region`), so figure 8's rules are one rule; annuli get at least two traces, because a patch must not meet itself;
-//! interior feature chains are cut first and become sides.
+//! interior feature chains are cut first and become sides; the bends of a coarse round curve are not taken for corners.
 
 mod assemble;
 mod divide;
@@ -20,8 +20,9 @@ use divide::{Canvas, Step, divide};
 use mesh::{Cancelled, Monitor, NONE, Topology, TriangleMesh};
 use region::Region;
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 use surface::cross_field::{CrossFieldError, cross_field};
-use surface::tracing::{FieldGraph, TraceOptions};
+use surface::tracing::TraceOptions;
 
 /// How a region is divided.
 #[derive(Debug, Clone, Copy)]
@@ -30,13 +31,21 @@ pub struct LayoutOptions {
     pub corners: CornerAngles,
     /// How traces follow the field.
     pub trace: TraceOptions,
+    /// A patch whose side bends by more than this in total is divided further when a trace allows it, so that its quads can
+    /// turn gradually; radians. Default: 135 degrees.
+    pub side_turn: f64,
     /// Times that the interior edges are halved before tracing. Default: 1; more is smoother and four times slower.
     pub refinements: u32,
 }
 
 impl Default for LayoutOptions {
     fn default() -> Self {
-        Self { corners: CornerAngles::default(), trace: TraceOptions::default(), refinements: 1 }
+        Self {
+            corners: CornerAngles::default(),
+            trace: TraceOptions::default(),
+            side_turn: PI * 0.75,
+            refinements: 1,
+        }
     }
 }
 
@@ -187,17 +196,30 @@ pub fn trace_layout(
     let topology = Topology::of_triangles(&fine);
     let field = cross_field(&fine, &topology, &chains)?;
     let mut canvas = Canvas {
-        fixed: (0..fine.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect(),
+        fixed: (0..fine.positions.len() as u32)
+            .map(|v| topology.is_border_vertex(v))
+            .collect(),
         node: vec![false; fine.positions.len()],
         positions: fine.positions.clone(),
         edge_length: mean_border_edge(&fine, &topology),
     };
-    let feature_edges: Vec<u32> =
-        chains.iter().filter_map(|&[a, b]| topology.find(a, b)).filter(|&h| !topology.is_border(h)).collect();
+    let feature_edges: Vec<u32> = chains
+        .iter()
+        .filter_map(|&[a, b]| topology.find(a, b))
+        .filter(|&h| !topology.is_border(h))
+        .collect();
     let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-    let mut kinds: BTreeMap<_, _> = chains.iter().map(|&edge| (sorted(edge), SubSideKind::Feature)).collect();
+    let mut kinds: BTreeMap<_, _> = chains
+        .iter()
+        .map(|&edge| (sorted(edge), SubSideKind::Feature))
+        .collect();
     let border = (0..topology.len() as u32).filter(|&h| topology.is_border(h));
-    kinds.extend(border.map(|h| (sorted([topology.from(h), topology.to(h)]), SubSideKind::Border)));
+    kinds.extend(border.map(|h| {
+        (
+            sorted([topology.from(h), topology.to(h)]),
+            SubSideKind::Border,
+        )
+    }));
     let whole = Region {
         vertex: (0..fine.positions.len() as u32).collect(),
         quarters: vec![0; fine.positions.len()],
@@ -213,7 +235,11 @@ pub fn trace_layout(
     let (mut patches, mut flattened) = (Vec::new(), Vec::new());
     while let Some(region) = pending.pop() {
         match divide(&region, &mut canvas, options, monitor)? {
-            Step::Patch => patches.push(region),
+            Step::Patch => {
+                let mut patch = region;
+                patch.split_chords(&mut canvas.positions);
+                patches.push(patch);
+            }
             Step::Parts(parts) => pending.extend(parts.into_iter().rev()),
             Step::Flattened(region, v) => {
                 flattened.push(v);
@@ -222,18 +248,28 @@ pub fn trace_layout(
             Step::Stuck(fault) => return Err(stuck(mesh, &region, fault)),
         }
     }
-    Ok(assemble::assemble(&patches, canvas.positions, &kinds, flattened))
+    Ok(assemble::assemble(
+        &patches,
+        canvas.positions,
+        &kinds,
+        flattened,
+    ))
 }
 
 /// Every vertex must have one fan of triangles, every component a border.
 fn check(mesh: &TriangleMesh) -> Result<(), LayoutError> {
     let topology = Topology::of_triangles(mesh);
     let mut corners = vec![0; mesh.positions.len()];
-    mesh.triangles.iter().flatten().for_each(|&v| corners[v as usize] += 1);
+    mesh.triangles
+        .iter()
+        .flatten()
+        .for_each(|&v| corners[v as usize] += 1);
     if let Some(v) = (0..corners.len()).find(|&v| topology.around(v as u32).count() != corners[v]) {
         return Err(LayoutError::NotManifold { vertex: v as u32 });
     }
-    let mut reached: Vec<bool> = (0..mesh.triangles.len()).map(|t| (3 * t..3 * t + 3).any(|h| topology.twin[h] == NONE)).collect();
+    let mut reached: Vec<bool> = (0..mesh.triangles.len())
+        .map(|t| (3 * t..3 * t + 3).any(|h| topology.twin[h] == NONE))
+        .collect();
     let mut stack: Vec<usize> = (0..reached.len()).filter(|&t| reached[t]).collect();
     while let Some(t) = stack.pop() {
         for h in 3 * t..3 * t + 3 {
@@ -253,18 +289,24 @@ fn check(mesh: &TriangleMesh) -> Result<(), LayoutError> {
 fn mean_border_edge(mesh: &TriangleMesh, topology: &Topology) -> f64 {
     let lengths: Vec<f64> = (0..topology.len() as u32)
         .filter(|&h| topology.is_border(h))
-        .map(|h| mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize]))
+        .map(|h| {
+            mesh.positions[topology.from(h) as usize]
+                .distance(mesh.positions[topology.to(h) as usize])
+        })
         .collect();
     lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
 }
 
-/// Gives every border vertex its quarters by its angle.
+/// Gives every border vertex its quarters by how the border turns there.
 fn classify(region: &mut Region, corners: &CornerAngles, canvas: &mut Canvas) {
-    let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
-    for v in 0..region.vertex.len() {
-        if region.quarters[v] > 0 {
-            region.quarters[v] = corners.quarters(graph.angle(v as u32));
-            canvas.node[region.vertex[v] as usize] |= region.quarters[v] != 2;
+    let angles = region.angles();
+    for border in region.loops() {
+        let turns: Vec<f64> = border.iter().map(|&v| PI - angles[v as usize]).collect();
+        for (k, &v) in border.iter().enumerate() {
+            let before = turns[(k + turns.len() - 1) % turns.len()];
+            let quarters = corners.quarters(before, turns[k], turns[(k + 1) % turns.len()]);
+            region.quarters[v as usize] = quarters;
+            canvas.node[region.vertex[v as usize] as usize] |= quarters != 2;
         }
     }
 }
@@ -272,7 +314,14 @@ fn classify(region: &mut Region, corners: &CornerAngles, canvas: &mut Canvas) {
 /// The error for a part, told in the caller's triangles.
 fn stuck(mesh: &TriangleMesh, region: &Region, fault: Fault) -> LayoutError {
     let part: BTreeSet<u32> = region.vertex.iter().copied().collect();
-    let touches = |t: &&u32| mesh.triangles[**t as usize].iter().any(|v| part.contains(v));
+    let touches = |t: &&u32| {
+        mesh.triangles[**t as usize]
+            .iter()
+            .any(|v| part.contains(v))
+    };
     let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-    LayoutError::NoTrace { fault, triangles: all.iter().filter(touches).copied().collect() }
+    LayoutError::NoTrace {
+        fault,
+        triangles: all.iter().filter(touches).copied().collect(),
+    }
 }

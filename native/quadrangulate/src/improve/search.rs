@@ -1,0 +1,261 @@
+//! The search: look a few operators ahead in the connectivity, try the promising sequences on the surface, keep or undo.
+
+use super::ImproveOptions;
+use super::editable::Editable;
+use super::operators::Operator;
+use mesh::{Cancelled, DVec3, Monitor};
+use surface::smooth::Constraint;
+use surface::smooth_star::{Goal, Reference, Star, Track, quad_quality};
+
+/// Sequences tried on the surface for one vertex and depth.
+const TRIALS: usize = 6;
+/// How much worse the valences may get on the way to something better.
+const SLACK: i32 = 1;
+/// A quad below this quality adds to the cost, so that shape counts beside valence.
+const GOOD: f64 = 0.5;
+/// Weight of a quad's shortfall below [`GOOD`], in units of one irregular vertex.
+const SHAPE_WEIGHT: f64 = 3.0;
+/// Weight of the squared logarithm of a quad's area over the area wanted.
+const SIZE_WEIGHT: f64 = 0.1;
+
+struct Plan {
+    gain: i32,
+    operators: Vec<Operator>,
+}
+
+pub(super) struct Search<'a> {
+    mesh: Editable,
+    surfaces: &'a [&'a dyn Reference],
+    options: &'a ImproveOptions,
+    /// Valence cost of each vertex in the present connectivity.
+    cost: Vec<i32>,
+    /// Normal of the reference surface at each quad; quads under trial are appended.
+    normals: Vec<DVec3>,
+    /// When the surroundings of each vertex last changed.
+    changed: Vec<u32>,
+    clock: u32,
+    budget: usize,
+    trials: usize,
+    changes: usize,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(mesh: Editable, surfaces: &'a [&'a dyn Reference], options: &'a ImproveOptions) -> Self {
+        let n = mesh.positions.len();
+        let cost = (0..n as u32).map(|v| mesh.vertex_cost(v)).collect();
+        let mut search =
+            Self { mesh, surfaces, options, cost, normals: Vec::new(), changed: vec![0; n], clock: 0, budget: 0, trials: 0, changes: 0 };
+        search.extend_normals();
+        search
+    }
+
+    pub(super) fn finish(self) -> (Editable, usize, usize) {
+        (self.mesh, self.changes, self.trials)
+    }
+
+    /// Depth by depth, pass by pass, over the irregular vertices and those of bad quads.
+    pub(super) fn run(&mut self, monitor: &Monitor) -> Result<(), Cancelled> {
+        for depth in 1..=self.options.depth {
+            let mut tried_at = vec![None; self.mesh.positions.len()];
+            for _ in 0..self.options.passes {
+                let mut progress = false;
+                let mut v = 0;
+                while v < self.mesh.positions.len() {
+                    monitor.check()?;
+                    tried_at.resize(self.mesh.positions.len(), None);
+                    let bad = self.worst_at(v as u32) < 0.5 * self.options.floor;
+                    if (self.cost[v] != 0 || bad) && tried_at[v].is_none_or(|t| t < self.changed[v]) {
+                        tried_at[v] = Some(self.clock);
+                        progress |= self.improve_at(v as u32, depth, bad);
+                    }
+                    v += 1;
+                }
+                if !progress {
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn improve_at(&mut self, v: u32, depth: usize, bad: bool) -> bool {
+        self.budget = self.options.budget;
+        let mut plans = Vec::new();
+        // A bad quad may be worth an irregular vertex.
+        self.explore(v, depth, 0, if bad { 1 } else { -1 }, &mut Vec::new(), &mut plans);
+        plans.sort_by_key(|plan| (plan.gain, plan.operators.len()));
+        plans.iter().take(TRIALS).any(|plan| self.attempt(plan))
+    }
+
+    /// Collects the sequences of up to `depth` operators from `v` that bring the valence cost to `limit` or below.
+    fn explore(&mut self, v: u32, depth: usize, so_far: i32, limit: i32, path: &mut Vec<Operator>, plans: &mut Vec<Plan>) {
+        for operator in self.mesh.operators_at(v) {
+            if self.budget == 0 {
+                return;
+            }
+            self.budget -= 1;
+            let Some(mark) = self.mesh.apply(operator) else { continue };
+            let touched = self.mesh.touched(mark);
+            self.cost.resize(self.mesh.positions.len(), 0);
+            let old: Vec<i32> = touched.iter().map(|&w| self.cost[w as usize]).collect();
+            for &w in &touched {
+                self.cost[w as usize] = self.mesh.vertex_cost(w);
+            }
+            let total = so_far + touched.iter().zip(&old).map(|(&w, o)| self.cost[w as usize] - o).sum::<i32>();
+            path.push(operator);
+            if total <= limit {
+                plans.push(Plan { gain: total, operators: path.clone() });
+            } else if depth > 1 && total <= SLACK {
+                for &w in &touched {
+                    if self.cost[w as usize] != 0 {
+                        self.explore(w, depth - 1, total, limit, path, plans);
+                    }
+                }
+            }
+            path.pop();
+            for (&w, o) in touched.iter().zip(old) {
+                self.cost[w as usize] = o;
+            }
+            self.mesh.undo(mark);
+            self.cost.truncate(self.mesh.positions.len());
+        }
+    }
+
+    /// Applies a plan, smooths around it, and keeps it when valence, shape and size together are better.
+    fn attempt(&mut self, plan: &Plan) -> bool {
+        self.trials += 1;
+        let mark = self.mesh.mark();
+        if plan.operators.iter().any(|&operator| self.mesh.apply(operator).is_none()) {
+            self.mesh.undo(mark);
+            return false;
+        }
+        let touched = self.mesh.touched(mark);
+        let region = self.ring(&touched);
+        self.mesh.undo(mark);
+        let known: Vec<u32> = region.iter().copied().filter(|&v| (v as usize) < self.mesh.positions.len()).collect();
+        let (badness_before, worst_before) = self.judge(&known);
+        let saved: Vec<DVec3> = known.iter().map(|&v| self.mesh.positions[v as usize]).collect();
+
+        // The same operators on the same mesh: they apply again.
+        for &operator in &plan.operators {
+            self.mesh.apply(operator);
+        }
+        self.extend_normals();
+        self.relax(&region);
+        let (badness, worst) = self.judge(&region);
+        if f64::from(plan.gain) + badness - badness_before < -0.05 && worst >= worst_before.min(self.options.floor) {
+            self.changes += 1;
+            self.clock += 1;
+            self.cost.resize(self.mesh.positions.len(), 0);
+            self.changed.resize(self.mesh.positions.len(), 0);
+            for &v in &region {
+                self.cost[v as usize] = self.mesh.vertex_cost(v);
+                self.changed[v as usize] = self.clock;
+            }
+            return true;
+        }
+        self.mesh.undo(mark);
+        self.normals.truncate(self.mesh.quads.len());
+        for (&v, position) in known.iter().zip(saved) {
+            self.mesh.positions[v as usize] = position;
+        }
+        for q in self.quads_at(&known) {
+            self.refresh_normal(q);
+        }
+        false
+    }
+
+    /// The given vertices and all that share a quad with them, ascending.
+    fn ring(&self, vertices: &[u32]) -> Vec<u32> {
+        let mut ring = vertices.to_vec();
+        for q in self.quads_at(vertices) {
+            ring.extend(self.mesh.quads[q as usize].iter().flatten());
+        }
+        ring.sort_unstable();
+        ring.dedup();
+        ring
+    }
+
+    fn quads_at(&self, vertices: &[u32]) -> Vec<u32> {
+        let mut quads: Vec<u32> = vertices.iter().flat_map(|&v| self.mesh.around[v as usize].iter().copied()).collect();
+        quads.sort_unstable();
+        quads.dedup();
+        quads
+    }
+
+    fn points(&self, q: u32) -> Option<[DVec3; 4]> {
+        Some(self.mesh.quads[q as usize]?.map(|v| self.mesh.positions[v as usize]))
+    }
+
+    fn refresh_normal(&mut self, q: u32) {
+        if let Some(p) = self.points(q) {
+            let surface = self.surfaces[self.mesh.surface_of[q as usize] as usize];
+            self.normals[q as usize] = surface.project((p[0] + p[1] + p[2] + p[3]) / 4.0).normal;
+        }
+    }
+
+    fn extend_normals(&mut self) {
+        for q in self.normals.len()..self.mesh.quads.len() {
+            self.normals.push(DVec3::ZERO);
+            self.refresh_normal(q as u32);
+        }
+    }
+
+    fn worst_at(&self, v: u32) -> f64 {
+        let quality = |&q: &u32| self.points(q).map_or(1.0, |p| quad_quality(p, self.normals[q as usize]));
+        self.mesh.around[v as usize].iter().map(quality).fold(1.0, f64::min)
+    }
+
+    /// Cost of shape and size over the quads at the vertices, and the worst quality among them.
+    fn judge(&self, vertices: &[u32]) -> (f64, f64) {
+        let (mut cost, mut worst) = (0.0, 1.0_f64);
+        for q in self.quads_at(vertices) {
+            let (Some(p), Some(quad)) = (self.points(q), self.mesh.quads[q as usize]) else { continue };
+            let quality = quad_quality(p, self.normals[q as usize]);
+            worst = worst.min(quality);
+            cost += SHAPE_WEIGHT * (GOOD - quality).max(0.0);
+            let area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]).length();
+            let size = quad.iter().map(|&v| self.mesh.size[v as usize]).sum::<f64>() / 4.0;
+            cost += SIZE_WEIGHT * (area / (size * size)).max(1e-6).ln().powi(2);
+        }
+        (cost, worst)
+    }
+
+    /// Smooths the free vertices among the given ones: shape first, then the worst quads.
+    fn relax(&mut self, vertices: &[u32]) {
+        let mut star = Star::default();
+        let mut steps = vec![0.15; vertices.len()];
+        for sweep in 0..6 {
+            let goal = if sweep < 4 { Goal::Shape } else { Goal::Worst };
+            for (&v, step) in vertices.iter().zip(&mut steps) {
+                // Chain vertices slide when the whole patch is smoothed.
+                if self.mesh.constraints[v as usize] != Constraint::Free
+                    || self.mesh.anchored[v as usize]
+                    || self.mesh.around[v as usize].is_empty()
+                {
+                    continue;
+                }
+                star.clear();
+                for &q in &self.mesh.around[v as usize] {
+                    let Some(quad) = self.mesh.quads[q as usize] else { continue };
+                    let k = quad.iter().position(|&w| w == v).unwrap_or(0);
+                    let others = [1, 2, 3].map(|i| self.mesh.positions[quad[(k + i) & 3] as usize]);
+                    star.push(others, self.normals[q as usize], 1.0);
+                }
+                let quad = self.mesh.around[v as usize][0];
+                let track = Track::Surface(self.surfaces[self.mesh.surface_of[quad as usize] as usize]);
+                if let Some((place, _)) = star.relax(self.mesh.positions[v as usize], &track, goal, step) {
+                    self.mesh.positions[v as usize] = place;
+                }
+            }
+            if sweep == 1 {
+                for q in self.quads_at(vertices) {
+                    self.refresh_normal(q);
+                }
+            }
+        }
+        for q in self.quads_at(vertices) {
+            self.refresh_normal(q);
+        }
+    }
+}

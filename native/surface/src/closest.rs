@@ -1,0 +1,213 @@
+//! The point of a triangle mesh nearest to a given one.
+//!
+//! A bounding-volume hierarchy from parry3d answers each query in about O(log n). Parry's vectors come from another version
+//! of glam than ours: [`to_parry`] and [`from_parry`] are the one place where they meet.
+
+use glam::DVec3;
+use mesh::{NONE, TriangleMesh};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhLeafCost, BvhNode};
+use parry3d_f64::query::PointQueryWithLocation;
+use parry3d_f64::shape::{Segment, SegmentPointLocation, Triangle, TrianglePointLocation};
+
+/// A triangle whose height is below this fraction of its longest edge is projected to that edge: barycentric coordinates
+/// computed from its area would be noise.
+const DEGENERATE_HEIGHT: f64 = 1e-10;
+
+/// Where a point meets the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projection {
+    /// The nearest point of the surface.
+    pub point: DVec3,
+    /// The triangle that holds it; [`NONE`] when the surface has no triangle, or the query is not finite.
+    pub triangle: u32,
+    /// Its barycentric coordinates in that triangle: none negative, sum 1.
+    pub barycentric: [f64; 3],
+    /// Distance from the query, scene units; infinite when `triangle` is [`NONE`].
+    pub distance: f64,
+}
+
+/// Answers closest-point queries on a triangle mesh; shareable between threads.
+#[derive(Clone)]
+pub struct ClosestPoint {
+    hierarchy: Bvh,
+    corners: Vec<[Vector; 3]>,
+    /// For a triangle without area, the first corner of its longest edge; 3 for all others.
+    longest_edge: Vec<u8>,
+}
+
+/// A candidate answer; its cost is the squared distance.
+struct Candidate {
+    squared_distance: f64,
+    point: Vector,
+    barycentric: [f64; 3],
+}
+
+impl BvhLeafCost for Candidate {
+    fn cost(&self) -> f64 {
+        self.squared_distance
+    }
+}
+
+fn to_parry(p: DVec3) -> Vector {
+    Vector::new(p.x, p.y, p.z)
+}
+
+fn from_parry(p: Vector) -> DVec3 {
+    DVec3::new(p.x, p.y, p.z)
+}
+
+impl ClosestPoint {
+    /// Builds the hierarchy over all triangles; those without area count as their longest edge. O(n log n).
+    pub fn new(mesh: &TriangleMesh) -> Self {
+        let corners: Vec<[Vector; 3]> =
+            (0..mesh.triangles.len()).map(|t| mesh.points(t).map(to_parry)).collect();
+        let boxes: Vec<Aabb> = corners
+            .iter()
+            .map(|&[a, b, c]| Aabb::new(a.min(b).min(c), a.max(b).max(c)))
+            .collect();
+        let longest_edge = corners.iter().map(degenerate_edge).collect();
+        Self { hierarchy: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), corners, longest_edge }
+    }
+
+    /// The nearest point of the surface to `p`. About O(log n).
+    pub fn project(&self, p: DVec3) -> Projection {
+        self.search(to_parry(p), f64::MAX).unwrap_or(Projection {
+            point: p,
+            triangle: NONE,
+            barycentric: [1.0, 0.0, 0.0],
+            distance: f64::INFINITY,
+        })
+    }
+
+    /// The same as [`ClosestPoint::project`], faster when `hint` is a triangle near the answer.
+    pub fn project_near(&self, p: DVec3, hint: u32) -> Projection {
+        let query = to_parry(p);
+        let Some(near) = ((hint as usize) < self.corners.len()).then(|| self.candidate(query, hint)) else {
+            return self.project(p);
+        };
+        let bound = near.squared_distance;
+        self.search(query, bound).unwrap_or_else(|| projection(hint, &near))
+    }
+
+    /// The nearest point nearer than the square root of `bound`.
+    fn search(&self, query: Vector, bound: f64) -> Option<Projection> {
+        let to_box = |node: &BvhNode, _: f64| {
+            let outside = (node.mins() - query).max(query - node.maxs()).max(Vector::ZERO);
+            outside.length_squared()
+        };
+        let (triangle, found) =
+            self.hierarchy.find_best(bound, to_box, |t, _| Some(self.candidate(query, t)))?;
+        Some(projection(triangle, &found))
+    }
+
+    fn candidate(&self, query: Vector, t: u32) -> Candidate {
+        let [a, b, c] = self.corners[t as usize];
+        let first = self.longest_edge[t as usize] as usize;
+        let barycentric = if first < 3 {
+            let (i, j) = (first, (first + 1) % 3);
+            let edge = Segment::new(self.corners[t as usize][i], self.corners[t as usize][j]);
+            let mut weights = [0.0; 3];
+            [weights[i], weights[j]] = match edge.project_local_point_and_get_location(query, false).1 {
+                SegmentPointLocation::OnVertex(0) => [1.0, 0.0],
+                SegmentPointLocation::OnVertex(_) => [0.0, 1.0],
+                SegmentPointLocation::OnEdge(w) => w,
+            };
+            weights
+        } else {
+            match Triangle::new(a, b, c).project_local_point_and_get_location(query, false).1 {
+                TrianglePointLocation::OnVertex(0) | TrianglePointLocation::OnSolid => [1.0, 0.0, 0.0],
+                TrianglePointLocation::OnVertex(1) => [0.0, 1.0, 0.0],
+                TrianglePointLocation::OnVertex(_) => [0.0, 0.0, 1.0],
+                TrianglePointLocation::OnEdge(0, [u, v]) => [u, v, 0.0],
+                TrianglePointLocation::OnEdge(1, [v, w]) => [0.0, v, w],
+                TrianglePointLocation::OnEdge(_, [u, w]) => [u, 0.0, w],
+                TrianglePointLocation::OnFace(_, weights) => weights,
+            }
+        };
+        // Rounding leaves weights a hair below zero in thin triangles.
+        let clamped = barycentric.map(|w| w.max(0.0));
+        let sum: f64 = clamped.iter().sum();
+        let barycentric = clamped.map(|w| w / sum);
+        let point = a * barycentric[0] + b * barycentric[1] + c * barycentric[2];
+        Candidate { squared_distance: (point - query).length_squared(), point, barycentric }
+    }
+}
+
+fn projection(triangle: u32, found: &Candidate) -> Projection {
+    Projection {
+        point: from_parry(found.point),
+        triangle,
+        barycentric: found.barycentric,
+        distance: found.squared_distance.sqrt(),
+    }
+}
+
+/// First corner of the longest edge when the triangle has no area to speak of, else 3.
+fn degenerate_edge(&[a, b, c]: &[Vector; 3]) -> u8 {
+    let squared = [(b - a).length_squared(), (c - b).length_squared(), (a - c).length_squared()];
+    let longest = (0..3).fold(0, |best, k| if squared[k] > squared[best] { k } else { best });
+    let double_area = (b - a).cross(c - a).length();
+    if double_area > DEGENERATE_HEIGHT * squared[longest] { 3 } else { longest as u8 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strip() -> TriangleMesh {
+        let positions = vec![
+            DVec3::ZERO,
+            DVec3::X,
+            DVec3::new(0.5, 0.0, 0.0),
+            DVec3::Y,
+            DVec3::new(1.0, 1.0, 0.0),
+            DVec3::new(5.0, 0.0, 0.0),
+        ];
+        // The second triangle has no area, the fourth is a single point.
+        TriangleMesh { positions, triangles: vec![[0, 1, 3], [0, 2, 1], [1, 4, 3], [5, 5, 5]] }
+    }
+
+    /// The nearest of a dense grid of barycentric samples.
+    fn brute_force(mesh: &TriangleMesh, p: DVec3) -> f64 {
+        let mut best = f64::INFINITY;
+        for t in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.points(t);
+            for i in 0..=200 {
+                for j in 0..=200 - i {
+                    let (u, v) = (f64::from(i) / 200.0, f64::from(j) / 200.0);
+                    best = best.min((a * u + b * v + c * (1.0 - u - v)).distance(p));
+                }
+            }
+        }
+        best
+    }
+
+    #[test]
+    fn finds_the_nearest_point_beside_degenerate_triangles() {
+        let mesh = strip();
+        let closest = ClosestPoint::new(&mesh);
+        for k in 0..200 {
+            let f = f64::from(k);
+            let p = DVec3::new((f * 0.37).sin() * 3.0 + 1.0, (f * 0.71).cos() * 2.0, (f * 1.3).sin());
+            let found = closest.project(p);
+            assert!((found.distance - brute_force(&mesh, p)).abs() < 0.02, "{p}");
+            let [a, b, c] = mesh.points(found.triangle as usize);
+            let [u, v, w] = found.barycentric;
+            assert!(u >= 0.0 && v >= 0.0 && w >= 0.0 && (u + v + w - 1.0).abs() < 1e-12);
+            assert!((a * u + b * v + c * w).distance(found.point) < 1e-12);
+            assert!((found.point.distance(p) - found.distance).abs() < 1e-12);
+            for hint in 0..5 {
+                assert!((closest.project_near(p, hint).distance - found.distance).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn says_so_when_there_is_nothing_to_find() {
+        let nothing = ClosestPoint::new(&TriangleMesh::default());
+        assert_eq!(nothing.project(DVec3::ONE).triangle, NONE);
+        assert_eq!(ClosestPoint::new(&strip()).project(DVec3::NAN).triangle, NONE);
+    }
+}
