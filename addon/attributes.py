@@ -131,9 +131,7 @@ def mix(a: Snapshot, b: Snapshot, result: Any, *, b_is_turned: bool) -> tuple[Sn
             pair[1] = -pair[1]
         normals = origin.carry("CORNER", np.concatenate(pair), True)
     mesh = result.mesh
-    made = Snapshot(
-        mesh.positions, origin.edges, mesh.face_offsets, mesh.corner_verts, attributes, groups, materials, normals
-    )
+    made = Snapshot(mesh.positions, origin.edges, mesh.face_offsets, mesh.corner_verts, attributes, groups, materials, normals)
     return made, left_out
 
 

@@ -28,6 +28,10 @@ ATTRIBUTE_TYPES: dict[str, tuple[str, int, type]] = {
 }
 # Carried by other means: positions, custom normals, and seams (whose attribute changed its name in 4.3).
 OTHERWISE_CARRIED = {"position", "custom_normal", "uv_seam"}
+TRANSFORM_CHANNELS = (
+    "rotation_mode", "location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale",
+    "delta_location", "delta_rotation_euler", "delta_rotation_quaternion", "delta_scale",
+)  # fmt: skip
 
 
 def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Snapshot:
@@ -105,6 +109,17 @@ def copy_active_layers(source: bpy.types.Mesh, target: bpy.types.Mesh) -> None:
         target.color_attributes.active_color_name = colors.active_color_name
     if colors.default_color_name in target.color_attributes:
         target.color_attributes.default_color_name = colors.default_color_name
+
+
+def copy_transform(source: bpy.types.Object, target: bpy.types.Object) -> None:
+    """Puts `target`, which has no parent, where `source` is: channel by channel where that is enough, so that no digit is lost.
+
+    A matrix would have to be taken apart into location, rotation and scale, which rounds."""
+    if source.parent is not None or len(source.constraints) > 0:
+        target.matrix_world = source.matrix_world
+        return
+    for channel in TRANSFORM_CHANNELS:
+        setattr(target, channel, getattr(source, channel))
 
 
 def can_select(obj: bpy.types.Object, snapshot: Snapshot) -> bool:

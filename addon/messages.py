@@ -35,7 +35,8 @@ def select_elements(
         if not said:
             context.view_layer.objects.active = obj
         if not bridge.can_select(obj, snapshot):
-            said.append(translated("“{name}” has modifiers that change its topology: apply them to see where").format(name=obj.name))
+            text = translated("“{name}” has modifiers that change its topology: apply them to see where")
+            said.append(text.format(name=obj.name))
             continue
         counts = bridge.select(context, obj, elements)
         said.append(translated("selected on “{name}”: {counts}").format(name=obj.name, counts=count_text(counts)))

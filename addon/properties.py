@@ -5,7 +5,7 @@ import math
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
 
-OPERATION_SIGNS = {"union": "∪", "difference": "−", "intersection": "∩"}
+OPERATION_SIGNS = {"union": "\N{UNION}", "difference": "\N{MINUS SIGN}", "intersection": "\N{INTERSECTION}"}
 
 
 class BooleanOptions:

@@ -45,7 +45,7 @@ def main() -> int:
         place = np.array([column * 8.0, 0.0, 0.0])
         for row, operation in enumerate(pairs.PAIRS[name].operations):
             try:
-                rows.append(run(name, operation, studio, given.out, place + [0.0, row * 6.0, 0.0]))
+                rows.append(run(name, operation, studio, given.out, place + np.array([0.0, row * 6.0, 0.0])))
             except RuntimeError as error:  # what the operator reports as an error
                 print(f"{name}, {operation}: {error}", file=sys.stderr)
                 failed += 1
@@ -149,7 +149,8 @@ def print_aligned(lines: list[list[str]]) -> None:
     """Columns under their heads: words to the left, numbers to the right."""
     widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
     for line in lines:
-        print(line[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True)), sep="  ")
+        numbers = (cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True))
+        print(line[0].ljust(widths[0]), *numbers, sep="  ")
 
 
 code = main()

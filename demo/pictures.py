@@ -101,7 +101,9 @@ class Studio:
         width = min(CLOSE_UP * np.linalg.norm(np.ptp(points, axis=0)), 1.5 * np.linalg.norm(np.ptp(seam, axis=0)))
         self._render([made], axes, target, width, path)
 
-    def _render(self, objects: Sequence[bpy.types.Object], axes: np.ndarray, target: np.ndarray, width: float, path: str) -> None:
+    def _render(
+        self, objects: Sequence[bpy.types.Object], axes: np.ndarray, target: np.ndarray, width: float, path: str
+    ) -> None:
         scene = bpy.context.scene
         was_hidden = {obj: obj.hide_render for obj in scene.objects}
         for obj in was_hidden:

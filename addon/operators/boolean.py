@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import bpy
 import numpy as np
@@ -39,7 +39,7 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
 
     bl_idname = "quadloom.boolean"
     bl_label = "Quad Boolean"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options: ClassVar = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -133,7 +133,7 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
         made = bpy.data.objects.new(name, mesh)
         bridge.assign_groups(made, snapshot)
         made["quadloom_report"] = json.dumps(result.report)
-        made.matrix_world = inputs[0].matrix_world
+        bridge.copy_transform(inputs[0], made)
         context.collection.objects.link(made)
         # The seam is what an artist works on next: it is selected when Edit Mode opens.
         bridge.select(context, made, {"edges": result.intersection_edges})

@@ -1,6 +1,6 @@
 """`quadloom.select_defects`: select what is wrong with the mesh in Edit Mode, and say how much of it there is."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import bpy
 import numpy as np
@@ -36,7 +36,7 @@ class QUADLOOM_OT_select_defects(bpy.types.Operator):
 
     bl_idname = "quadloom.select_defects"
     bl_label = "Select Defects"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options: ClassVar = {"REGISTER", "UNDO"}
 
     kinds: EnumProperty(
         name="Kinds",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import bpy
 from bpy.app.translations import pgettext_iface as translated
 
@@ -66,7 +68,7 @@ class QUADLOOM_PT_options(bpy.types.Panel):
     bl_category = "Quadloom"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
-    bl_options = {"DEFAULT_CLOSED"}
+    bl_options: ClassVar = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         """One row an option."""

@@ -10,7 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import shapes  # noqa: E402  (found through the line above)
+import shapes
 
 PACKAGE = "bl_ext.user_default.quadloom"
 

@@ -8,7 +8,7 @@ import shapes
 from conftest import refused
 
 OPERATIONS = ["union", "difference", "intersection"]
-SIGNS = {"union": "A ∪ B", "difference": "A − B", "intersection": "A ∩ B"}
+SIGNS = {"union": "A \N{UNION} B", "difference": "A \N{MINUS SIGN} B", "intersection": "A \N{INTERSECTION} B"}
 
 
 def mesh_of(obj: bpy.types.Object) -> quadloom.Mesh:
@@ -76,7 +76,7 @@ def test_the_result_is_selected_and_the_inputs_hidden_and_unaltered(balls):
     assert made.name in bpy.context.collection.objects
     assert [shapes.fingerprint(obj) for obj in balls] == before
     assert all(obj.hide_get() and obj.hide_render for obj in balls)
-    assert len(bpy.data.objects) == 3 and len(bpy.data.meshes) == 3, "no leftovers"
+    assert (len(bpy.data.objects), len(bpy.data.meshes)) == (3, 3), "no leftovers"
 
 
 def test_the_inputs_stay_visible_when_asked(balls):
@@ -88,7 +88,8 @@ def test_the_curve_is_marked_sharp_and_selected(balls):
     bpy.ops.quadloom.boolean()
     mesh = bpy.context.active_object.data
     sharp = {edge.index for edge in mesh.edges if edge.use_edge_sharp}
-    assert sharp and sharp == {edge.index for edge in mesh.edges if edge.select}
+    assert sharp
+    assert sharp == {edge.index for edge in mesh.edges if edge.select}
 
 
 def test_the_curve_is_not_marked_when_asked(balls):
@@ -97,11 +98,13 @@ def test_the_curve_is_not_marked_when_asked(balls):
 
 
 def test_edits_in_edit_mode_count(balls):
-    a, _ = balls
+    a, b = balls
+    # Only A: Blender would take every selected object to Edit Mode.
+    shapes.choose(a)
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.transform.resize(value=(0.5, 0.5, 0.5))
-    # The other object is not in Edit Mode, but selected.
+    b.select_set(True)
     assert bpy.ops.quadloom.boolean(operation="difference") == {"FINISHED"}
     assert bpy.context.mode == "OBJECT"
     verts, _ = shapes.arrays(bpy.context.active_object)
@@ -130,13 +133,15 @@ def test_running_twice_gives_the_same_mesh(balls):
     shapes.choose(*balls)
     bpy.ops.quadloom.boolean(hide_inputs=False)
     second = shapes.arrays(bpy.context.active_object)
-    assert np.array_equal(first[0], second[0]) and first[1] == second[1]
+    assert np.array_equal(first[0], second[0])
+    assert first[1] == second[1]
 
 
 def test_refuses_an_empty_intersection(balls):
     balls[1].location.x = 10
     text = refused(bpy.ops.quadloom.boolean, operation="intersection")
-    assert text and not balls[0].hide_get()
+    assert text
+    assert not balls[0].hide_get()
 
 
 def test_refuses_one_object_and_says_so(balls):

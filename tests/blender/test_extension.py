@@ -61,20 +61,35 @@ def test_every_option_has_a_tooltip():
             assert prop.identifier == "rna_type" or prop.description, prop.identifier
 
 
-@pytest.mark.parametrize("operation", ["union", "difference"])
-def test_the_command_writes_an_obj(tmp_path, module, operation):
-    a, b = shapes.ball(8), shapes.box(6)
-    for name, (verts, faces) in (("a", a), ("b", (b[0] * 0.6 + 0.5, b[1]))):
+@pytest.mark.parametrize(("operation", "bound", "expected"), [("union", max, (1.1, 1, 1)), ("difference", min, (-1, -1, -1))])
+def test_the_command_writes_an_obj(tmp_path, module, operation, bound, expected):
+    b_verts, b_faces = shapes.box(6)
+    for name, (verts, faces) in (("a", shapes.ball(8)), ("b", (b_verts * 0.6 + (0.5, 0.2, 0.1), b_faces))):
         lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in verts]
         lines += ["f " + " ".join(str(v + 1) for v in face) for face in faces]
         (tmp_path / f"{name}.obj").write_text("\n".join(lines) + "\n")
     inputs = [str(tmp_path / name) for name in ("a.obj", "b.obj")]
     target = tmp_path / "out.obj"
     assert module("command").main(["boolean", "--operation", operation, *inputs, "-o", str(target)]) == 0
-    written = [line for line in target.read_text().splitlines() if line.startswith("f ")]
-    assert written and all(len(line.split()) == 5 for line in written)
-    xs = [float(line.split()[1]) for line in target.read_text().splitlines() if line.startswith("v ")]
-    assert max(xs) == pytest.approx(1.1 if operation == "union" else max(a[0][:, 0]), abs=1e-4), "axes as they came"
+    lines = target.read_text().splitlines()
+    faces = [line for line in lines if line.startswith("f ")]
+    assert {len(line.split()) for line in faces} == {5}
+    verts = [[float(word) for word in line.split()[1:4]] for line in lines if line.startswith("v ")]
+    for k in range(3):
+        assert bound(v[k] for v in verts) == pytest.approx(expected[k], abs=1e-4), "axes as they came"
+
+
+def test_the_command_reads_blend_files(tmp_path, module):
+    source = shapes.MESHES.parent / "spot_and_blub.blend"
+    target = tmp_path / "out.blend"
+    arguments = ["boolean", "--operation", "difference", f"{source}:Spot", f"{source}:Blub", "-o", str(target)]
+    assert module("command").main(arguments) == 0
+    made = bpy.data.objects["Spot \N{MINUS SIGN} Blub"]
+    assert {len(face.vertices) for face in made.data.polygons} == {4}
+    assert [slot.material.name for slot in made.material_slots] == ["Hide", "Scales"]
+    assert [group.name for group in made.vertex_groups] == ["Height"]
+    assert [layer.name for layer in made.data.uv_layers] == ["Planar"]
+    assert target.exists()
 
 
 def test_the_command_says_what_is_missing(tmp_path, module, capsys):

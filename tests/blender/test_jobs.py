@@ -7,9 +7,9 @@ import pytest
 import shapes
 
 
-def wait_until(condition, seconds: float = 10.0) -> None:
+def wait_for(job, seconds: float = 10.0) -> None:
     deadline = time.monotonic() + seconds
-    while not condition():
+    while not job.finished:
         assert time.monotonic() < deadline, "waited too long"
         time.sleep(0.005)
 
@@ -41,7 +41,7 @@ def test_cancels_the_library_within_200_ms(module):
         assert not job.finished
         start = time.monotonic()
         job.cancel()
-        wait_until(lambda: job.finished)
+        wait_for(job)
         assert time.monotonic() - start < 0.2
         with pytest.raises(native.Cancelled):
             job.outcome()
@@ -56,7 +56,7 @@ def test_a_cancelled_operator_changes_nothing(module, balls, monkeypatch):
     monkeypatch.setattr(native, "boolean", cancelled)
     before = [shapes.fingerprint(obj) for obj in balls]
     assert bpy.ops.quadloom.boolean() == {"CANCELLED"}
-    assert len(bpy.data.objects) == 2 and len(bpy.data.meshes) == 2
+    assert (len(bpy.data.objects), len(bpy.data.meshes)) == (2, 2)
     assert [shapes.fingerprint(obj) for obj in balls] == before
     assert not any(obj.hide_get() for obj in balls)
 

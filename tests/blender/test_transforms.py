@@ -49,7 +49,7 @@ def test_difference_in_the_world(balls, place_a, place_b):
     # Blender shows the faces of a mirrored object turned, so its outward side has negative volume in the world.
     outward = np.sign(made.matrix_world.determinant())
     assert outward * shapes.volume(verts, faces) == pytest.approx(expected, rel=0.01)
-    assert made.matrix_world == a.matrix_world
+    assert made.matrix_world == a.matrix_world, "bit for bit"
 
 
 @pytest.mark.parametrize("operation", ["union", "difference"])
@@ -62,7 +62,8 @@ def test_a_shared_transform_changes_no_vertex(balls, operation):
     shapes.choose(*balls)
     bpy.ops.quadloom.boolean(operation=operation)
     verts, faces = shapes.arrays(bpy.context.active_object)
-    assert verts.tobytes() == expected[0].tobytes() and faces == expected[1]
+    assert verts.tobytes() == expected[0].tobytes()
+    assert faces == expected[1]
 
 
 def test_kept_vertices_of_a_stay_under_any_transform(balls):
@@ -75,7 +76,7 @@ def test_kept_vertices_of_a_stay_under_any_transform(balls):
 
 
 def test_a_parent_moves_its_child(balls):
-    a, b = balls
+    _, b = balls
     parent = bpy.data.objects.new("Parent", None)
     bpy.context.scene.collection.objects.link(parent)
     b.parent, parent.location.x = parent, 10.0

@@ -11,8 +11,10 @@ from pathlib import Path
 sys.path.insert(0, os.environ["QUADLOOM_TEST_PACKAGES"])
 
 import bpy  # noqa: F401  (puts addon_utils on sys.path)
-import addon_utils
 import pytest
+
+# After bpy, which makes it known.
+import addon_utils  # isort: skip
 
 EXTENSION = "bl_ext.user_default.quadloom"
 TESTS = Path(__file__).resolve().parent.parent

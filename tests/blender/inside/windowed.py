@@ -61,8 +61,8 @@ def test_a_modal_run_makes_the_result_in_one_undo_step() -> Generator[None, None
     start(12, operation="difference")
     assert jobs().running is not None
     yield from until_done()
-    assert "A − B" in bpy.data.objects
-    assert {len(face.vertices) for face in bpy.data.objects["A − B"].data.polygons} == {4}
+    assert "A \N{MINUS SIGN} B" in bpy.data.objects
+    assert {len(face.vertices) for face in bpy.data.objects["A \N{MINUS SIGN} B"].data.polygons} == {4}
     with bpy.context.temp_override(**view()):
         bpy.ops.ed.undo()
     yield
@@ -87,7 +87,7 @@ def test_esc_cancels_and_leaves_nothing() -> Generator[None, None, None]:
 def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     start(12, operation="union", hide_inputs=False)
     yield from until_done()
-    bpy.data.objects["A ∪ B"].hide_set(True)
+    bpy.data.objects["A \N{UNION} B"].hide_set(True)
     shapes.choose(bpy.data.objects["A"], bpy.data.objects["B"])
     place = view()
     place["area"].spaces.active.show_region_ui = True
