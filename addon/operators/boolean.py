@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from bpy.app.translations import pgettext_rpt as translated
 
-from .. import attributes, bridge, messages, native
+from .. import attributes, bridge, messages, native, selection
 from ..attributes import Snapshot
 from ..jobs import JobOperator
 from ..properties import OPERATION_SIGNS, BooleanOptions
@@ -44,7 +44,7 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Grey, with the reason, unless two meshes are selected and one of them is active."""
-        reason = why_not(context)
+        reason = selection.why_not(context)
         if reason is not None:
             cls.poll_message_set(reason)
         return reason is None
@@ -104,7 +104,7 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
 
     def _prepare(self, context: bpy.types.Context) -> bool:
         """Reads both objects into a task; reports and returns False when they cannot be combined."""
-        active, other = operands(context)
+        active, other = selection.operands(context)
         depsgraph = context.evaluated_depsgraph_get()
         to_world = [bridge.world_matrix(obj, depsgraph) for obj in (active, other)]
         for obj, matrix in zip((active, other), to_world, strict=True):
@@ -149,35 +149,6 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
                 obj.hide_set(True)
                 if obj.is_editable:
                     obj.hide_render = True
-
-
-def operands(context: bpy.types.Context) -> tuple[bpy.types.Object, bpy.types.Object]:
-    """A (the active object) and B (the other selected mesh)."""
-    active = context.active_object
-    return active, next(obj for obj in _selected_meshes(context) if obj != active)
-
-
-def why_not(context: bpy.types.Context) -> str | None:
-    """Why the boolean cannot start, or None. Cheap: it is asked at every redraw."""
-    if native.problem is not None:
-        return native.problem
-    if context.mode not in {"OBJECT", "EDIT_MESH"}:
-        return translated("Only in Object Mode and Edit Mode")
-    active = context.active_object
-    if active is None or active.type != "MESH":
-        return translated("The active object is not a mesh")
-    others = [obj for obj in _selected_meshes(context) if obj != active]
-    if len(others) != 1:
-        text = translated("Select exactly one other mesh beside the active one; now selected: {count}")
-        return text.format(count=len(others))
-    for obj in (active, others[0]):
-        if len(obj.data.polygons) == 0 and not obj.modifiers and obj.mode != "EDIT":
-            return translated("“{name}” has no faces").format(name=obj.name)
-    return None
-
-
-def _selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
-    return [obj for obj in context.selected_objects if obj.type == "MESH"]
 
 
 def register() -> None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import ClassVar
 
 import bpy
 from bpy.app.translations import pgettext_iface as translated
 
-from .. import jobs
+from .. import jobs, selection
 from ..properties import BOOLEAN_OPTIONS
 
+# Width of a letter of the interface font at the default scale.
+PIXELS_A_LETTER = 8
 SENTENCES = {
     "union": "“{a}” plus “{b}”",
     "difference": "“{a}” minus “{b}”",
@@ -36,13 +39,14 @@ class QUADLOOM_PT_main(bpy.types.Panel):
             layout.label(text="Esc cancels", icon="CANCEL")
             return
         layout.column(align=True).prop(settings, "operation", expand=True)
-        ready = bpy.ops.quadloom.boolean.poll()
         column = layout.column(align=True)
-        if ready:
+        reason = selection.why_not(context)
+        if reason is None:
             self._say_what_happens(context, column, settings.operation)
         else:
-            for line in _why_grey(context):
-                column.label(text=line, icon="INFO")
+            # Labels do not wrap by themselves.
+            for line in textwrap.wrap(reason, max(context.region.width // PIXELS_A_LETTER, 20)):
+                column.label(text=line)
         row = layout.row()
         row.scale_y = 1.4
         # INVOKE gives the progress bar and Esc.
@@ -52,8 +56,7 @@ class QUADLOOM_PT_main(bpy.types.Panel):
             setattr(button, name, getattr(settings, name))
 
     def _say_what_happens(self, context: bpy.types.Context, layout: bpy.types.UILayout, operation: str) -> None:
-        a = context.active_object
-        b = next(obj for obj in context.selected_objects if obj.type == "MESH" and obj != a)
+        a, b = selection.operands(context)
         layout.label(text=translated(SENTENCES[operation]).format(a=a.name, b=b.name), icon="MESH_DATA")
         counts = [_count(context, obj) for obj in (a, b)]
         layout.label(text=f"{counts[0]} + {counts[1]}", icon="BLANK1")
@@ -99,14 +102,6 @@ def _count(context: bpy.types.Context, obj: bpy.types.Object) -> str:
     faces, corners = len(mesh.polygons), len(mesh.loops)
     # 4 corners a face on average: quads, unless triangles and n-gons cancel out.
     return translated("{count:,} quads" if corners == 4 * faces else "{count:,} faces, not all quads").format(count=faces)
-
-
-def _why_grey(context: bpy.types.Context) -> list[str]:
-    """In short lines, for a narrow panel; the button's tooltip has the same in full."""
-    if context.mode not in {"OBJECT", "EDIT_MESH"}:
-        return [translated("Only in Object or Edit Mode")]
-    selected = sum(obj.type == "MESH" for obj in context.selected_objects)
-    return [translated("Select two meshes, one active"), translated("Selected: {count}").format(count=selected)]
 
 
 classes = (QUADLOOM_PT_main, QUADLOOM_PT_options, QUADLOOM_PT_defects)
