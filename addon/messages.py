@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import bpy
@@ -14,10 +15,7 @@ from .native import NativeError
 
 def sentence(error: NativeError, names: Sequence[str]) -> str:
     """The wheel's sentence, which calls the operands A and B, with the objects' names in their places."""
-    text = translated(str(error))
-    for letter, name in zip("AB", names, strict=True):
-        if text.startswith(f"{letter} "):
-            text = f"“{name}” {text[2:]}"
+    text = re.sub(r"\b[AB]\b", lambda found: f"“{names['AB'.index(found[0])]}”", translated(str(error)))
     return text[:1].upper() + text[1:]
 
 

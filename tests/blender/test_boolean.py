@@ -144,6 +144,12 @@ def test_refuses_an_empty_intersection(balls):
     assert not balls[0].hide_get()
 
 
+def test_an_error_names_both_objects():
+    inner, outer = shapes.add("Inner", shapes.ball(6), size=0.3), shapes.add("Outer", shapes.ball(6))
+    shapes.choose(inner, outer)
+    assert "“Inner” lies wholly inside “Outer”" in refused(bpy.ops.quadloom.boolean, operation="difference")
+
+
 def test_refuses_one_object_and_says_so(balls):
     shapes.choose(balls[0])
     assert not bpy.ops.quadloom.boolean.poll()
