@@ -20,7 +20,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "judge"))
@@ -46,7 +46,9 @@ NAMES = (
     "quadknot",
     "spot_quad",
 )
-OPERATIONS = ("union", "intersection", "difference")
+Operation = Literal["union", "intersection", "difference"]
+Filler = Literal["auto", "patches", "rings", "matching"]
+OPERATIONS: tuple[Operation, ...] = get_args(Operation)
 RETRACTION = 1.0
 
 Polygons = tuple[Any, list[list[int]]]
@@ -60,7 +62,7 @@ class Case:
 
     number: int
     seed: int
-    filler: str
+    filler: Filler
     time_limit: float
     save: Path | None
 
@@ -71,7 +73,7 @@ class Placement:
 
     names: tuple[str, str]
     meshes: tuple[Polygons, Polygons]
-    operation: str
+    operation: Operation
     scale: float
 
 
@@ -82,7 +84,7 @@ def place(case: Case) -> Placement:
     positions_a, faces_a = meshcheck.read_obj(MESHES / f"{name_a}.obj")
     positions_b, faces_b = meshcheck.read_obj(MESHES / f"{name_b}.obj")
     scale = float(rng.uniform(0.4, 0.9))
-    operation = str(rng.choice(OPERATIONS))
+    operation = OPERATIONS[rng.integers(len(OPERATIONS))]
     anchor = meshcheck.sample(positions_a, meshcheck.triangulate(positions_a, faces_a)[0], 1, rng)[0]
     # A random rotation is a uniform unit quaternion: here the orthogonal factor of a normal matrix, made a rotation.
     rotation, upper = np.linalg.qr(rng.normal(size=(3, 3)))
@@ -109,11 +111,13 @@ def run(case: Case) -> Row:
         save(case.save, placement.meshes, "ab")
     start = time.monotonic()
     try:
+        a, b = (quadloom.Mesh.from_polygons(*mesh) for mesh in placement.meshes)
         result = quadloom.boolean(
-            *(quadloom.Mesh.from_polygons(*mesh) for mesh in placement.meshes),
-            placement.operation,  # type: ignore[arg-type]
+            a,
+            b,
+            placement.operation,
             retraction_distance=RETRACTION,
-            filler=case.filler,  # type: ignore[arg-type]
+            filler=case.filler,
             progress=lambda *_: time.monotonic() - start < case.time_limit,
         )
     except quadloom.QuadloomError as error:
@@ -252,7 +256,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=200, help="number of placements")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, action="append", metavar="CASE", help="run this case; may be repeated")
-    parser.add_argument("--filler", default="auto", choices=["auto", "patches", "rings", "matching"])
+    parser.add_argument("--filler", default="auto", choices=get_args(Filler))
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--time-limit", type=float, default=120, help="seconds until a case is cancelled")
     parser.add_argument("--csv", type=Path, default=ROOT / "out" / "placements.csv")

@@ -12,6 +12,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -111,14 +112,14 @@ def main() -> int:
     for name, (offset, degrees) in PLACEMENTS.items():
         moved = turned(positions, offset, degrees)
         pair = [quadloom.Mesh.from_polygons(p, faces) for p in (positions.astype(np.float32), moved)]
-        objects = [add_object("a", positions, faces), add_object("b", moved, faces)]
+        a, b = add_object("a", positions, faces), add_object("b", moved, faces)
         for operation in OPERATIONS:
             try:
-                ours, result = least(lambda op=operation, p=pair: quadloom.boolean(*p, op), given.repeats)
+                ours, result = least(partial(quadloom.boolean, *pair, operation), given.repeats)
             except quadloom.QuadloomError as error:
                 print(f"{name} {operation}: {error.code}: {error}")
                 return 1
-            theirs, made = least(lambda op=operation, o=objects: exact(*o, op), given.repeats)
+            theirs, made = least(partial(exact, a, b, operation), given.repeats)
             flow = irregular_after_quadriflow(made, len(result.face_source))
             valence = np.bincount(unique_edges(result.mesh).ravel())
             ratios.append(ours / theirs)
