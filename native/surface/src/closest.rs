@@ -29,7 +29,7 @@ pub struct Projection {
 }
 
 /// Answers closest-point queries on a triangle mesh; shareable between threads.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct ClosestPoint {
     hierarchy: Bvh,
     corners: Vec<[Vector; 3]>,
