@@ -161,6 +161,10 @@ def select(
 
 
 def _select_in_object_mode(mesh: bpy.types.Mesh, edges: Array, chosen: dict[str, Array], extend: bool) -> None:
+    # Blender 5.0 gives edges that it computed itself a selection of the wrong type, and crashes when it is written to.
+    edge_selection = mesh.attributes.get(".select_edge")
+    if edge_selection is not None and edge_selection.data_type != "BOOLEAN":
+        mesh.attributes.remove(edge_selection)
     sequences = {"verts": mesh.vertices, "edges": mesh.edges, "faces": mesh.polygons}
     flags = {kind: _get(sequence, "select", 1, bool)[:, 0] & extend for kind, sequence in sequences.items()}
     for kind, index in chosen.items():

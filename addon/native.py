@@ -27,9 +27,12 @@ class NativeError(Exception):
         self.code: str = error.code
         self.elements: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
         """For A and for B: kind of element ("verts", "edges", "faces") -> index array."""
-        for kind, indices in error.elements.items():
-            operand, _, own_kind = kind.partition("_")
-            self.elements["ab".index(operand)][own_kind] = indices
+        if error.mesh is not None:
+            self.elements[error.mesh].update(error.elements)
+            return
+        # Both operands are concerned: the kinds say which is whose.
+        for operand, own in zip(("a_", "b_"), self.elements, strict=True):
+            own.update({kind[2:]: index for kind, index in error.elements.items() if kind.startswith(operand)})
 
 
 class Cancelled(Exception):

@@ -64,7 +64,7 @@ def test_every_option_has_a_tooltip():
 @pytest.mark.parametrize(("operation", "bound", "expected"), [("union", max, (1.1, 1, 1)), ("difference", min, (-1, -1, -1))])
 def test_the_command_writes_an_obj(tmp_path, module, operation, bound, expected):
     b_verts, b_faces = shapes.box(6)
-    for name, (verts, faces) in (("a", shapes.ball(8)), ("b", (b_verts * 0.6 + (0.5, 0.2, 0.1), b_faces))):
+    for name, (verts, faces) in (("a", shapes.ball(8)), ("b", (b_verts * 0.3 + (0.8, 0.2, 0.1), b_faces))):
         lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in verts]
         lines += ["f " + " ".join(str(v + 1) for v in face) for face in faces]
         (tmp_path / f"{name}.obj").write_text("\n".join(lines) + "\n")
