@@ -1,1 +1,30 @@
-//! The Python wheel.
+//! The Python module `quadloom`: arrays in, arrays out, errors as exceptions.
+//!
+//! Layer 3, the only crate that knows Python. Each file binds one thing; the type stubs are in `quadloom.pyi` and
+//! tests/api keeps them true.
+
+// pyo3 hands arguments over by value.
+#![allow(clippy::needless_pass_by_value)]
+
+mod arrays;
+mod boolean;
+mod defects;
+mod errors;
+mod mesh;
+mod worker;
+
+use pyo3::prelude::*;
+
+/// Pure-quad booleans of polygon meshes. Meshes are in Blender's own layout, lengths in scene units.
+#[pymodule]
+fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    errors::register(module)?;
+    module.add_class::<mesh::Mesh>()?;
+    module.add_class::<defects::Defects>()?;
+    module.add_function(wrap_pyfunction!(defects::check, module)?)?;
+    module.add_class::<boolean::BooleanResult>()?;
+    module.add_class::<boolean::CornerSources>()?;
+    module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,91 @@
+"""`blender --command quadloom boolean A B -o OUT`: the boolean for scripts and farms.
+
+A and B are OBJ files, or FILE.blend:OBJECT. OUT is an .obj or a .blend file. Exit code 0, or 1 with the reason on stderr.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import bpy
+
+from .properties import OPERATION_SIGNS
+
+_handle = None
+
+
+def main(arguments: list[str]) -> int:
+    """Runs the command; `arguments` is what follows `--command quadloom`."""
+    parser = argparse.ArgumentParser(prog="blender --command quadloom", description=__doc__.splitlines()[0])
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    boolean = verbs.add_parser("boolean", help="combine two meshes of quads")
+    boolean.add_argument("a", help="FILE.obj or FILE.blend:OBJECT")
+    boolean.add_argument("b", help="FILE.obj or FILE.blend:OBJECT")
+    boolean.add_argument("--operation", choices=list(OPERATION_SIGNS), default="union")
+    boolean.add_argument("--filler", choices=["auto", "patches", "rings", "matching"], default="auto")
+    boolean.add_argument("--layout", choices=["motorcycle", "separatrices"], default="motorcycle")
+    boolean.add_argument("--retraction-distance", type=float, default=1.0, metavar="EDGES")
+    boolean.add_argument("--alpha", type=float, default=0.5, help="0 even edge lengths ... 1 few irregular vertices")
+    boolean.add_argument("--blend-radius", type=float, default=0.0, help="smoothing along the seam, scene units")
+    boolean.add_argument("-o", "--output", type=Path, required=True, help="an .obj or a .blend file")
+    given = parser.parse_args(arguments)
+    options = {name: getattr(given, name) for name in ("operation", "filler", "layout", "alpha", "blend_radius")}
+    options["retraction_distance"] = given.retraction_distance
+    try:
+        if given.output.suffix not in {".obj", ".blend"}:
+            raise ValueError(f"{given.output}: the output must be an .obj or a .blend file")
+        _boolean(given.a, given.b, given.output, options)
+    except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: what an operator reports as an error
+        print(f"quadloom: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _boolean(a: str, b: str, output: Path, options: dict[str, object]) -> None:
+    operands = [_load(name) for name in (a, b)]
+    for obj in bpy.context.view_layer.objects:
+        obj.select_set(obj in operands)
+    bpy.context.view_layer.objects.active = operands[0]
+    bpy.ops.quadloom.boolean(hide_inputs=True, **options)
+    if output.suffix == ".blend":
+        bpy.ops.wm.save_as_mainfile(filepath=str(output.resolve()))
+    else:
+        bpy.ops.wm.obj_export(
+            filepath=str(output.resolve()), export_selected_objects=True, forward_axis="Y", up_axis="Z",
+            export_materials=False,
+        )  # fmt: skip
+
+
+def _load(name: str) -> bpy.types.Object:
+    """The mesh object that FILE.obj or FILE.blend:OBJECT names."""
+    path, _, wanted = name.rpartition(":") if ".blend:" in name else (name, "", "")
+    if not Path(path).exists():
+        raise OSError(f"{path}: no such file")
+    if wanted:
+        with bpy.data.libraries.load(path) as (stored, loaded):
+            if wanted not in stored.objects:
+                raise ValueError(f"{path} has no object {wanted!r}; it has: {', '.join(stored.objects)}")
+            loaded.objects = [wanted]
+        obj = loaded.objects[0]
+        bpy.context.scene.collection.objects.link(obj)
+        return obj
+    before = set(bpy.data.objects)
+    # The axes that leave coordinates as they are.
+    bpy.ops.wm.obj_import(filepath=path, forward_axis="Y", up_axis="Z")
+    made = sorted(set(bpy.data.objects) - before, key=lambda obj: obj.name)
+    if len(made) != 1:
+        raise ValueError(f"{path} has {len(made)} objects; give a file with one")
+    return made[0]
+
+
+def register() -> None:
+    """Adds the command to Blender's."""
+    global _handle
+    _handle = bpy.utils.register_cli_command("quadloom", main)
+
+
+def unregister() -> None:
+    """Takes the command back."""
+    bpy.utils.unregister_cli_command(_handle)

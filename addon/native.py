@@ -1,0 +1,66 @@
+"""The native library: the only module that imports the wheel `quadloom`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from .attributes import Snapshot
+
+try:
+    import quadloom
+
+    problem = None
+except ImportError as error:  # e.g. the zip of another platform: the buttons are grey and say so
+    quadloom = None
+    problem = f"Quadloom's native library cannot be loaded: {error}"
+
+Progress = Callable[[str, float], bool]
+"""Called with the stage and the fraction done; returning False cancels."""
+
+
+class NativeError(Exception):
+    """What the wheel's errors say, in terms the add-on can use without importing the wheel."""
+
+    def __init__(self, error: Any) -> None:
+        super().__init__(str(error))
+        self.code: str = error.code
+        self.elements: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
+        """For A and for B: kind of element ("verts", "edges", "faces") -> index array."""
+        if error.mesh is not None:
+            self.elements[error.mesh].update(error.elements)
+            return
+        # Both operands are concerned: the kinds say which is whose.
+        for operand, own in zip(("a_", "b_"), self.elements, strict=True):
+            own.update({kind[2:]: index for kind, index in error.elements.items() if kind.startswith(operand)})
+
+
+class Cancelled(Exception):
+    """The call was cancelled by its progress callback."""
+
+
+def boolean(a: Snapshot, b: Snapshot, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.boolean` of two snapshots; raises NativeError or Cancelled."""
+    return _call(
+        lambda: quadloom.boolean(
+            _mesh(a), _mesh(b), feature_edges=(a.feature_edges(), b.feature_edges()), progress=progress, **options
+        )
+    )
+
+
+def check(mesh: Snapshot) -> Any:
+    """`quadloom.check`: every defect of the mesh, with indices."""
+    return _call(lambda: quadloom.check(_mesh(mesh)))
+
+
+def _mesh(snapshot: Snapshot) -> Any:
+    return quadloom.Mesh(snapshot.positions, snapshot.face_offsets, snapshot.corner_verts)
+
+
+def _call(call: Callable[[], Any]) -> Any:
+    try:
+        return call()
+    except quadloom.Cancelled as error:
+        raise Cancelled from error
+    except quadloom.QuadloomError as error:
+        raise NativeError(error) from error

@@ -1,0 +1,1 @@
+"""Panels: they name operators by their bl_idname only."""

@@ -1,0 +1,108 @@
+"""The options of the boolean, declared once: the operator and the panel's settings both inherit them."""
+
+import math
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+
+OPERATION_SIGNS = {"union": "\N{UNION}", "difference": "\N{MINUS SIGN}", "intersection": "\N{INTERSECTION}"}
+
+
+class BooleanOptions:
+    """Options of `quadloom.boolean`, a mixin."""
+
+    operation: EnumProperty(
+        name="Operation",
+        description="What to make of the active object and the other selected one",
+        items=[
+            ("union", "Union", "Everything inside either object", "SELECT_EXTEND", 0),
+            ("difference", "Difference", "The active object minus the other", "SELECT_SUBTRACT", 1),
+            ("intersection", "Intersection", "What is inside both objects", "SELECT_INTERSECT", 2),
+        ],
+        default="union",
+    )
+    retraction_distance: FloatProperty(
+        name="Retraction",
+        description="How far from the intersection curve quads are replaced, in edge lengths. More room gives smoother flow "
+        "and keeps fewer quads",
+        default=1.0,
+        min=0.0,
+        max=10.0,
+        soft_max=4.0,
+    )
+    alpha: FloatProperty(
+        name="Regularity",
+        description="0 keeps edge lengths even, 1 keeps irregular vertices few",
+        default=0.5,
+        min=0.01,
+        max=0.99,
+        subtype="FACTOR",
+    )
+    blend_radius: FloatProperty(
+        name="Smoothing",
+        description="Rounds the seam within this distance of the intersection curve. 0 keeps it sharp and moves no vertex "
+        "that is kept",
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        subtype="DISTANCE",
+        unit="LENGTH",
+    )
+    layout: EnumProperty(
+        name="Layout",
+        description="How the quads of the operands are grouped into patches",
+        items=[
+            ("motorcycle", "Motorcycle Graph", "Separatrices stop where they meet: fewer, larger patches"),
+            ("separatrices", "Full Separatrices", "Separatrices run to their end: finer patches, cleaner borders"),
+        ],
+        default="motorcycle",
+    )
+    filler: EnumProperty(
+        name="Filler",
+        description="How the gap along the seam is filled with quads",
+        items=[
+            ("auto", "Best of All", "Every filler is tried and the best result is taken"),
+            ("patches", "Patches", "Patches that follow a cross field, as in the QuadMixer paper"),
+            ("rings", "Rings", "Rings of quads along the curve"),
+            ("matching", "Matching", "Triangles paired into quads: fits everywhere, least regular"),
+        ],
+        default="auto",
+    )
+    sharp_angle: FloatProperty(
+        name="Sharp Angle",
+        description="Edges sharper than this stay edges of the result, as do those marked sharp, seam or creased",
+        default=math.radians(35.0),
+        min=0.0,
+        max=math.pi,
+        subtype="ANGLE",
+    )
+    mark_curve: BoolProperty(
+        name="Mark Seam Sharp",
+        description="Mark the intersection curve as sharp edges, so that it stays crisp with smooth shading. Has no effect "
+        "when Smoothing rounds the seam",
+        default=True,
+    )
+    hide_inputs: BoolProperty(
+        name="Hide Inputs",
+        description="Hide the two objects in the viewport and in renders. They are never altered",
+        default=True,
+    )
+
+
+BOOLEAN_OPTIONS = tuple(BooleanOptions.__annotations__)
+
+
+class QuadloomSettings(BooleanOptions, bpy.types.PropertyGroup):
+    """What the panel's buttons will do, saved with the scene."""
+
+
+def register() -> None:
+    """Adds `scene.quadloom`."""
+    bpy.utils.register_class(QuadloomSettings)
+    bpy.types.Scene.quadloom = PointerProperty(type=QuadloomSettings)
+
+
+def unregister() -> None:
+    """Removes `scene.quadloom`."""
+    del bpy.types.Scene.quadloom
+    bpy.utils.unregister_class(QuadloomSettings)

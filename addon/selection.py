@@ -1,0 +1,37 @@
+"""What the boolean would work on, and why it cannot start. Cheap: panels ask at every redraw."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.app.translations import pgettext_rpt as translated
+
+from . import native
+
+
+def operands(context: bpy.types.Context) -> tuple[bpy.types.Object, bpy.types.Object]:
+    """A (the active object) and B (the other selected mesh)."""
+    active = context.active_object
+    return active, next(obj for obj in _selected_meshes(context) if obj != active)
+
+
+def why_not(context: bpy.types.Context) -> str | None:
+    """Why the boolean cannot start, or None. Cheap: it is asked at every redraw."""
+    if native.problem is not None:
+        return native.problem
+    if context.mode not in {"OBJECT", "EDIT_MESH"}:
+        return translated("Only in Object Mode and Edit Mode")
+    active = context.active_object
+    if active is None or active.type != "MESH":
+        return translated("The active object is not a mesh")
+    others = [obj for obj in _selected_meshes(context) if obj != active]
+    if len(others) != 1:
+        text = translated("Select exactly one other mesh beside the active one; now selected: {count}")
+        return text.format(count=len(others))
+    for obj in (active, others[0]):
+        if len(obj.data.polygons) == 0 and not obj.modifiers and obj.mode != "EDIT":
+            return translated("“{name}” has no faces").format(name=obj.name)
+    return None
+
+
+def _selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    return [obj for obj in context.selected_objects if obj.type == "MESH"]

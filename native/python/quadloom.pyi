@@ -1,0 +1,182 @@
+"""Pure-quad booleans of polygon meshes. Meshes are in Blender's own layout, lengths in scene units."""
+
+from collections.abc import Callable, Iterable
+from typing import Any, Literal, TypeAlias, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "BooleanResult",
+    "Cancelled",
+    "CornerSources",
+    "Defects",
+    "InfeasibleError",
+    "InternalError",
+    "InvalidMeshError",
+    "Mesh",
+    "QuadloomError",
+    "__version__",
+    "boolean",
+    "check",
+]
+
+__version__: str
+
+_Indices: TypeAlias = NDArray[np.int32]
+_Floats: TypeAlias = NDArray[np.float64]
+_Progress: TypeAlias = Callable[[str, float], bool | None]
+
+class QuadloomError(Exception):
+    """Base of every error of this module."""
+
+    code: str
+    """A stable identifier, such as "open"."""
+    mesh: int | None
+    """0 or 1, the input the elements belong to; None when there is one input, or when both are concerned."""
+    elements: dict[str, _Indices]
+    """Index arrays by kind: "verts", "faces" and "corners" (N,), "edges" (N, 2) vertex pairs. When both inputs are
+    concerned the kinds begin with "a_" or "b_"."""
+
+class InvalidMeshError(QuadloomError):
+    """An input mesh is not what the operation needs."""
+
+class InfeasibleError(QuadloomError):
+    """The operation has no valid result on these inputs."""
+
+class Cancelled(QuadloomError):
+    """The caller's `progress` asked to stop."""
+
+class InternalError(QuadloomError):
+    """A bug of this library; the sentence names the stage."""
+
+@final
+class Mesh:
+    """A polygon mesh: face f has the corners corner_verts[face_offsets[f]:face_offsets[f + 1]], counter-clockwise seen
+    from outside. Immutable."""
+
+    def __new__(cls, positions: ArrayLike, face_offsets: ArrayLike, corner_verts: ArrayLike) -> Mesh:
+        """positions: (V, 3) floats. face_offsets: (F + 1,) integers from 0 to C. corner_verts: (C,) integers."""
+    @staticmethod
+    def from_polygons(positions: ArrayLike, polygons: Iterable[ArrayLike]) -> Mesh:
+        """A mesh from (V, 3) positions and one list of vertex indices a face."""
+    @property
+    def positions(self) -> _Floats:
+        """(V, 3) float64, scene units, read-only."""
+    @property
+    def face_offsets(self) -> _Indices:
+        """(F + 1,) int32, read-only."""
+    @property
+    def corner_verts(self) -> _Indices:
+        """(C,) int32, read-only."""
+
+@final
+class Defects:
+    """Every defect of a mesh; true when there is any. Borders, triangles and n-gons are listed but are no defects."""
+
+    @property
+    def nonfinite_verts(self) -> _Indices: ...
+    @property
+    def isolated_verts(self) -> _Indices: ...
+    @property
+    def duplicate_verts(self) -> _Indices: ...
+    @property
+    def degenerate_faces(self) -> _Indices: ...
+    @property
+    def zero_area_faces(self) -> _Indices: ...
+    @property
+    def duplicate_faces(self) -> _Indices: ...
+    @property
+    def nonmanifold_edges(self) -> _Indices: ...
+    @property
+    def misoriented_edges(self) -> _Indices: ...
+    @property
+    def border_edges(self) -> _Indices: ...
+    @property
+    def nonmanifold_verts(self) -> _Indices: ...
+    @property
+    def self_intersecting_faces(self) -> _Indices: ...
+    @property
+    def inside_out_components(self) -> list[_Indices]: ...
+    @property
+    def triangles(self) -> _Indices: ...
+    @property
+    def ngons(self) -> _Indices: ...
+    @property
+    def components(self) -> int: ...
+    @property
+    def euler(self) -> int: ...
+    @property
+    def closed(self) -> bool: ...
+    @property
+    def manifold(self) -> bool: ...
+    @property
+    def pure_quad(self) -> bool: ...
+    @property
+    def is_valid(self) -> bool: ...
+    @property
+    def summary(self) -> str: ...
+    def __bool__(self) -> bool: ...
+
+def check(mesh: Mesh, *, progress: _Progress | None = None) -> Defects:
+    """Every defect of a mesh, with indices."""
+
+@final
+class CornerSources:
+    """Where each of the C corners of a result takes its attributes from: a point of an input's face."""
+
+    @property
+    def mesh(self) -> _Indices:
+        """(C,) input mesh, 0 or 1."""
+    @property
+    def face(self) -> _Indices:
+        """(C,) face of that mesh."""
+    @property
+    def weights(self) -> _Floats:
+        """(C, 4) weights of that face's four corners, in their order; each row sums to 1."""
+
+@final
+class BooleanResult:
+    """What `boolean` returns."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The result, every face a quad."""
+    @property
+    def face_source(self) -> _Indices:
+        """(F, 2) the input mesh (0 or 1) and the face of it that each face is; (-1, -1) when new."""
+    @property
+    def corner_source(self) -> CornerSources: ...
+    @property
+    def intersection_edges(self) -> _Indices:
+        """(E, 2) edges of `mesh` on the intersection curve, as vertex pairs."""
+    @property
+    def report(self) -> dict[str, Any]:
+        """What was done: counts, seconds a stage, warnings."""
+
+def boolean(
+    a: Mesh,
+    b: Mesh,
+    operation: Literal["union", "intersection", "difference"] = "union",
+    *,
+    retraction_distance: float = 1.0,
+    alpha: float = 0.5,
+    blend_radius: float = 0.0,
+    layout: Literal["motorcycle", "separatrices"] = "motorcycle",
+    regroup: Literal["rows", "rectangles"] = "rows",
+    filler: Literal["auto", "patches", "rings", "matching"] = "auto",
+    sharp_angle: float = ...,
+    feature_edges: tuple[ArrayLike, ArrayLike] | None = None,
+    progress: _Progress | None = None,
+) -> BooleanResult:
+    """Union, intersection or difference (A without B) of two closed, manifold, pure-quad meshes, as a pure-quad mesh
+    that keeps every quad the cut does not come near, vertex for vertex.
+
+    retraction_distance: quads nearer to the intersection curve than this are remade; edge lengths, 0 to 10.
+    alpha: even edge lengths (towards 0) or regular patches (towards 1); between 0 and 1, both excluded.
+    blend_radius: smooth the surface within this distance of the curve; scene units, 0 keeps the curve sharp.
+    sharp_angle: edges bent by more than this become edge loops of the band; radians, 0 to pi, by default 35 degrees.
+    feature_edges: for A and for B, (E, 2) vertex pairs that become edge loops of the band whatever their angle.
+    progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+    Raises InvalidMeshError, InfeasibleError, Cancelled, or QuadloomError when an option is out of range."""

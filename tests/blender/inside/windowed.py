@@ -1,0 +1,148 @@
+"""Runs inside a Blender with a window: modal runs, Esc, undo, and the panel.
+
+A timer steps through the tests, because modal operators only run between Blender's own events. Argument: the folder to write
+counts.json into. With a second argument, pictures of the panel go into that folder.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+import traceback
+from collections.abc import Generator
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+import addon_utils
+import bpy
+import shapes
+
+EXTENSION = "bl_ext.user_default.quadloom"
+TICK = 0.05
+MOST_SECONDS = 60.0
+
+
+def view() -> dict:
+    """The context of the first 3D viewport's sidebar."""
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    return {"window": window, "area": area, "region": region}
+
+
+def start(resolution: int, **options) -> None:
+    """Two overlapping spheres, and the operator started on them as a click would."""
+    for block in (*bpy.data.objects, *bpy.data.meshes):
+        bpy.data.batch_remove([block])
+    a = shapes.add("A", shapes.ball(resolution))
+    b = shapes.add("B", shapes.ball(resolution), offset=(0.9, 0.3, 0.2))
+    shapes.choose(a, b)
+    bpy.ops.ed.undo_push(message="two spheres")
+    with bpy.context.temp_override(**view()):
+        assert bpy.ops.quadloom.boolean("INVOKE_DEFAULT", True, **options) == {"RUNNING_MODAL"}
+
+
+def jobs():
+    """The extension's jobs module."""
+    return sys.modules[f"{EXTENSION}.jobs"]
+
+
+def until_done() -> Generator[None, None, None]:
+    """Waits for the job without blocking Blender."""
+    deadline = time.monotonic() + MOST_SECONDS
+    while jobs().running is not None:
+        assert time.monotonic() < deadline, "the job did not end"
+        yield
+
+
+def test_a_modal_run_makes_the_result_in_one_undo_step() -> Generator[None, None, None]:
+    start(12, operation="difference")
+    assert jobs().running is not None
+    yield from until_done()
+    assert "A \N{MINUS SIGN} B" in bpy.data.objects
+    assert {len(face.vertices) for face in bpy.data.objects["A \N{MINUS SIGN} B"].data.polygons} == {4}
+    with bpy.context.temp_override(**view()):
+        bpy.ops.ed.undo()
+    yield
+    assert sorted(obj.name for obj in bpy.data.objects) == ["A", "B"]
+    assert not any(obj.hide_get() for obj in bpy.data.objects)
+
+
+def test_esc_cancels_and_leaves_nothing() -> Generator[None, None, None]:
+    start(60, operation="union")
+    job = jobs().running
+    yield
+    # What the modal handler does on Esc; key events cannot be simulated before Blender 5.
+    begin = time.monotonic()
+    job.cancel()
+    while not job.finished and time.monotonic() < begin + MOST_SECONDS:
+        time.sleep(0.005)
+    assert time.monotonic() - begin < 0.2
+    yield from until_done()
+    assert sorted(obj.name for obj in bpy.data.objects) == ["A", "B"]
+    assert len(bpy.data.meshes) == 2
+    assert not any(obj.hide_get() for obj in bpy.data.objects)
+
+
+def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
+    start(12, operation="union", hide_inputs=False)
+    yield from until_done()
+    bpy.data.objects["A \N{UNION} B"].hide_set(True)
+    shapes.choose(bpy.data.objects["A"], bpy.data.objects["B"])
+    place = view()
+    place["area"].spaces.active.show_region_ui = True
+    yield
+    sidebar = next(region for region in place["area"].regions if region.type == "UI")
+    sidebar.active_panel_category = "Quadloom"
+    sidebar.tag_redraw()
+    for _ in range(20):
+        yield
+    assert sidebar.active_panel_category == "Quadloom"
+    photograph(folder, "panel-ready.png")
+    shapes.choose(bpy.data.objects["A"])
+    sidebar.tag_redraw()
+    for _ in range(20):
+        yield
+    photograph(folder, "panel-grey.png")
+
+
+def photograph(folder: Path | None, name: str) -> None:
+    """The whole screen, when pictures were asked for (Blender's own screenshots are black here)."""
+    if folder is not None:
+        subprocess.run(["import", "-window", "root", str(folder / name)], check=True, timeout=30)
+
+
+def run(folder: Path, pictures: Path | None) -> Generator[None, None, None]:
+    """Every test in turn; writes the counts and ends Blender."""
+    counts = {"passed": 0, "failed": 0, "skipped": 0}
+    tests = [
+        test_a_modal_run_makes_the_result_in_one_undo_step(),
+        test_esc_cancels_and_leaves_nothing(),
+        test_the_panel_draws(pictures),
+    ]
+    for test in tests:
+        try:
+            yield from test
+            counts["passed"] += 1
+        except Exception:
+            traceback.print_exc()
+            counts["failed"] += 1
+            yield from until_done()
+    (folder / "counts.json").write_text(json.dumps(counts))
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(int(counts["failed"] > 0))
+
+
+def main() -> None:
+    """Enables the extension and lets a timer drive `run`."""
+    folder, *pictures = map(Path, sys.argv[sys.argv.index("--") + 1 :])
+    bpy.context.preferences.view.show_splash = False
+    addon_utils.enable(EXTENSION, default_set=True, persistent=True)
+    steps = run(folder, pictures[0] if pictures else None)
+    bpy.app.timers.register(lambda: next(steps, None) or TICK, first_interval=1.0)
+
+
+main()
