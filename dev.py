@@ -106,7 +106,8 @@ def pip(*arguments: str) -> None:
 def wheel() -> Path:
     """Builds the portable wheel, or finds the one built from the same sources, and installs it into .venv."""
     setup()
-    key = digest([ROOT / name for name in WHEEL_SOURCES])
+    wheel_sources = [ROOT / name for name in WHEEL_SOURCES]
+    key = digest(wheel_sources)
     folder = CACHE / "dist" / key[:16]
     if not list(folder.glob("*.whl")):
         command = ["maturin", "build", "--release", "--locked", "--quiet", "--out", str(folder)]
@@ -116,6 +117,9 @@ def wheel() -> Path:
             command += ["--zig", "--compatibility", "manylinux_2_28"]
         with step("build the wheel (the first time takes 5 to 10 minutes)"):
             run(command, environment=build_environment())
+        if digest(wheel_sources) != key:
+            shutil.rmtree(folder)
+            raise Failure("native/ changed during the build; run this again.")
     built = one(folder.glob("*.whl"), f"wheel in {folder}")
     stamp = VENV / "quadloom.sha256"
     if not (stamp.exists() and stamp.read_text() == key):
