@@ -57,11 +57,12 @@ fn main() {
         let (failed, line) = match &result {
             Ok(output) => {
                 let r = &output.report;
-                let fillers: Vec<&str> = r.regions.iter().map(|x| x.filler.as_str()).collect();
+                let fillers: Vec<&str> = r.regions.iter().map(|x| &x.filler[..1]).collect();
+                let seconds: Vec<_> = r.seconds.iter().filter(|(_, s)| **s > 0.01).collect();
                 (
                     !r.warnings.is_empty(),
                     format!(
-                        "kept {} of {} new {} irregular {} jacobian {:.2}/{:.2} {fillers:?} retries {:?} {:?}",
+                        "kept {} of {} new {} irregular {} jacobian {:.2}/{:.2} {fillers:?} retries {:?} {:?} {seconds:.2?}",
                         r.faces_kept,
                         r.quads_whole,
                         r.faces_new,

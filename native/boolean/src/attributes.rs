@@ -2,34 +2,20 @@
 
 use crate::CornerSource;
 use crate::Operation;
-use crate::band::Band;
+use crate::fill::Under;
 use crate::intersect::Input;
 use crate::stitch::Stitched;
-use mesh::{DVec3, NONE, TriangleMesh};
+use mesh::{DVec3, NONE};
 use rayon::prelude::*;
-use surface::closest::ClosestPoint;
 
 /// One source for each corner of the result: exact on kept faces; on new ones the closest point of the same region of
 /// the exact boolean. A region lies on one input, so a corner on the curve gets each side's own attributes.
 pub fn corner_sources(
     inputs: &[Input<'_>; 2],
     operation: Operation,
-    band: &Band,
+    under: &[Under],
     stitched: &Stitched,
 ) -> Vec<CornerSource> {
-    let mut members: Vec<Vec<u32>> = vec![vec![]; band.region_count];
-    for (t, &r) in band.region.iter().enumerate() {
-        members[r as usize].push(t as u32);
-    }
-    let under: Vec<ClosestPoint> = members
-        .par_iter()
-        .map(|triangles| {
-            ClosestPoint::new(&TriangleMesh {
-                positions: band.surface.positions.clone(),
-                triangles: triangles.iter().map(|&t| band.surface.triangles[t as usize]).collect(),
-            })
-        })
-        .collect();
     (0..stitched.mesh.face_count())
         .into_par_iter()
         .flat_map_iter(|f| {
@@ -41,10 +27,8 @@ pub fn corner_sources(
                         .mesh
                         .face_points(f)
                         .map(|p| {
-                            let hit = under[r].project(p);
-                            let source = band.source[members[r][hit.triangle as usize] as usize];
-                            let input = &inputs[source.mesh as usize];
-                            interpolate(input, source.mesh, source.triangle, hit.point)
+                            let (point, source) = under[r].source_at(p);
+                            interpolate(&inputs[source.mesh as usize], source.mesh, source.triangle, point)
                         })
                         .collect()
                 }

@@ -10,6 +10,9 @@ use crate::retract::Kept;
 use mesh::{DVec3, NONE, Topology, TriangleMesh, face_normal};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// A crease that ends inside the band is a line only when it is longer than this, in edges of its mesh.
+const SHORTEST_CRUMB: f64 = 1.2;
+
 /// The part to remake.
 #[derive(Debug)]
 pub struct Band {
@@ -103,7 +106,11 @@ pub fn extract(inputs: &[Input<'_>; 2], cut: &Cut, kept: &Kept, strips: &Strips,
     let sharp: [_; 2] =
         std::array::from_fn(|m| creases(&inputs[m], &options.feature_edges[m], options.sharp_angle));
     let mut lines = network(inputs, &topology, &source, &sharp);
-    prune_dangling(&topology, &mut lines, &surface);
+    let own_edge = |h: u32| {
+        let s = source[(h / 3) as usize];
+        inputs[s.mesh as usize].edge_length[inputs[s.mesh as usize].quad_of[s.triangle as usize] as usize]
+    };
+    prune_crumbs(&topology, &mut lines, &surface, &|h| SHORTEST_CRUMB * own_edge(h));
     let (region, region_count) = flood(&topology, |h| lines[h as usize] != Line::None, surface.triangles.len());
     let arcs = arcs(&topology, &lines, &region);
     Band { surface, topology, source, border_vertex, arcs, region, region_count }
@@ -191,18 +198,42 @@ fn is_crease(input: &Input<'_>, s: Source, r: Source, sharp: &BTreeSet<[u32; 2]>
     })
 }
 
-/// Removes creases that end inside the band: they would be slits, not lines between regions.
-fn prune_dangling(topology: &Topology, lines: &mut [Line], surface: &TriangleMesh) {
-    let degree = |lines: &[Line], v: u32| topology.around(v).filter(|&h| lines[h as usize] != Line::None).count();
-    let mut queue: Vec<u32> = (0..surface.positions.len() as u32).collect();
-    while let Some(v) = queue.pop() {
-        if topology.is_border_vertex(v) || degree(lines, v) != 1 {
-            continue;
+/// Removes creases that end inside the band soon after they leave another line or the border: crumbs of a bend that
+/// is just about sharp. Longer ones stay, as lines inside a region.
+fn prune_crumbs(topology: &Topology, lines: &mut [Line], surface: &TriangleMesh, shortest: &dyn Fn(u32) -> f64) {
+    let on_line = |lines: &[Line], v: u32| -> Vec<u32> {
+        topology.around(v).filter(|&h| lines[h as usize] != Line::None).collect()
+    };
+    let is_node = |lines: &[Line], v: u32| topology.is_border_vertex(v) || on_line(lines, v).len() != 2;
+    loop {
+        let mut pruned = false;
+        for v in 0..surface.positions.len() as u32 {
+            if topology.is_border_vertex(v) || on_line(lines, v).len() != 1 {
+                continue;
+            }
+            let mut walk = vec![on_line(lines, v)[0]];
+            let mut length = 0.0;
+            loop {
+                let h = walk[walk.len() - 1];
+                let (from, to) = (topology.from(h), topology.to(h));
+                length += surface.positions[from as usize].distance(surface.positions[to as usize]);
+                if is_node(lines, to) {
+                    break;
+                }
+                let back = topology.twin[h as usize];
+                walk.extend(on_line(lines, to).into_iter().find(|&g| g != back));
+            }
+            if length < shortest(walk[0]) {
+                for h in walk {
+                    lines[h as usize] = Line::None;
+                    lines[topology.twin[h as usize] as usize] = Line::None;
+                }
+                pruned = true;
+            }
         }
-        let h = topology.around(v).find(|&h| lines[h as usize] != Line::None).expect("degree 1");
-        lines[h as usize] = Line::None;
-        lines[topology.twin[h as usize] as usize] = Line::None;
-        queue.push(topology.to(h));
+        if !pruned {
+            return;
+        }
     }
 }
 

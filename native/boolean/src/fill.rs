@@ -8,10 +8,14 @@ mod judge;
 mod matching;
 
 
-use crate::{Filler, Options, RegionReport};
+use crate::band::Band;
+use crate::intersect::{Input, Source};
+use crate::{Filler, Operation, Options, RegionReport};
 use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use surface::closest::ClosestPoint;
+use surface::smooth_star::{Reference, SurfacePoint};
 
 /// A piece of the band to be filled with quads.
 #[derive(Debug)]
@@ -26,8 +30,67 @@ pub struct Region {
     pub loops: Vec<Vec<u32>>,
     /// Edges of lines inside the region (creases with this region on both sides); they must become quad edges.
     pub inner_lines: Vec<[u32; 2]>,
+    /// Line edges on the rim: the curve and creases, between this region and another.
+    pub line_edges: Vec<[u32; 2]>,
+    /// Number of kept quads at each rim vertex.
+    pub outside: Vec<u32>,
     /// Target edge length at each vertex of the surface.
     pub size: Vec<f64>,
+    /// The exact boolean's surface of this region.
+    pub under: Under,
+}
+
+/// The exact surface that a region's vertices stay on.
+#[derive(Debug)]
+pub struct Under {
+    closest: ClosestPoint,
+    /// Unit normal of each triangle: that of the input triangle it lies on, which is sound where the triangle is a sliver.
+    normals: Vec<DVec3>,
+    /// Source of each triangle.
+    source: Vec<Source>,
+}
+
+impl Under {
+    /// Takes some triangles of the band.
+    pub fn new(inputs: &[Input<'_>; 2], operation: Operation, band: &Band, triangles: &[u32]) -> Self {
+        let mut vertex: BTreeMap<u32, u32> = BTreeMap::new();
+        let mut surface = TriangleMesh::default();
+        for &t in triangles {
+            surface.triangles.push(band.surface.triangles[t as usize].map(|v| {
+                *vertex.entry(v).or_insert_with(|| {
+                    surface.positions.push(band.surface.positions[v as usize]);
+                    surface.positions.len() as u32 - 1
+                })
+            }));
+        }
+        let source: Vec<Source> = triangles.iter().map(|&t| band.source[t as usize]).collect();
+        let normals = source
+            .iter()
+            .map(|s| {
+                let normal = inputs[s.mesh as usize].triangles.area_normal(s.triangle as usize).normalize_or_zero();
+                if s.mesh == 1 && operation == Operation::Difference { -normal } else { normal }
+            })
+            .collect();
+        Self { closest: ClosestPoint::new(&surface), normals, source }
+    }
+
+    /// The closest point, and the input triangle it lies on.
+    pub fn source_at(&self, p: DVec3) -> (DVec3, Source) {
+        let hit = self.closest.project(p);
+        (hit.point, self.source[hit.triangle as usize])
+    }
+
+    /// How far a point is from the surface, scene units.
+    pub fn distance(&self, p: DVec3) -> f64 {
+        self.closest.project(p).distance
+    }
+}
+
+impl Reference for Under {
+    fn project(&self, point: DVec3) -> SurfacePoint {
+        let hit = self.closest.project(point);
+        SurfacePoint { point: hit.point, normal: self.normals[hit.triangle as usize] }
+    }
 }
 
 /// Quads for one region. Indices below the region's rim count are rim vertices; the rest are new, in order.
@@ -51,72 +114,72 @@ pub enum Declined {
 }
 
 impl Region {
-    /// Divides the resampled band into regions. `line_edges` are its line edges as sorted vertex pairs.
-    pub fn split(
+    /// Cuts a region out of the resampled band. `is_line` marks half-edges on lines, `piece` the pieces between them,
+    /// `outside` the kept quads at each band vertex.
+    pub fn cut_out(
         surface: &TriangleMesh,
         topology: &Topology,
         is_line: &[bool],
-        region: &[u32],
-        region_count: usize,
-        size: &[f64],
-    ) -> Vec<Self> {
-        let mut members: Vec<Vec<u32>> = vec![vec![]; region_count];
-        for (t, &r) in region.iter().enumerate() {
-            members[r as usize].push(t as u32);
-        }
-        members.iter().map(|triangles| Self::cut_out(surface, topology, is_line, region, triangles, size)).collect()
-    }
-
-    fn cut_out(
-        surface: &TriangleMesh,
-        topology: &Topology,
-        is_line: &[bool],
-        region: &[u32],
+        piece: &[u32],
         triangles: &[u32],
         size: &[f64],
+        outside: &[u32],
+        under: Under,
     ) -> Self {
+        let same_piece = |h: u32| piece[(topology.twin[h as usize] / 3) as usize] == piece[(h / 3) as usize];
         let on_rim = |h: u32| topology.is_border(h) || is_line[h as usize];
+        let is_border = |h: u32| topology.is_border(h) || (is_line[h as usize] && !same_piece(h));
         let half_edges = || triangles.iter().flat_map(|&t| 3 * t..3 * t + 3);
-        let mut local: BTreeMap<u32, u32> = BTreeMap::new();
-        let mut order: Vec<u32> = half_edges()
+        // A vertex where the region touches itself counts once for each fan of triangles there.
+        let fan = |h: u32| {
+            let mut first = h;
+            while !is_border(first) {
+                first = topology.next[topology.twin[first as usize] as usize];
+                if first == h {
+                    return (topology.from(h), mesh::NONE);
+                }
+            }
+            (topology.from(h), first)
+        };
+        let fans: BTreeMap<u32, (u32, u32)> = half_edges().map(|h| (h, fan(h))).collect();
+        // A half-edge ends in the fan that the next one starts from.
+        let mut order: Vec<(u32, u32)> = half_edges()
             .filter(|&h| on_rim(h))
-            .flat_map(|h| [topology.from(h), topology.to(h)])
+            .flat_map(|h| [fans[&h], fans[&topology.next[h as usize]]])
             .collect();
         order.sort_unstable();
         order.dedup();
-        let rim = order.clone();
-        local.extend(order.iter().enumerate().map(|(k, &v)| (v, k as u32)));
+        let rim: Vec<u32> = order.iter().map(|f| f.0).collect();
+        let mut local: BTreeMap<(u32, u32), u32> = order.iter().enumerate().map(|(k, &f)| (f, k as u32)).collect();
         for h in half_edges() {
-            let v = topology.from(h);
-            local.entry(v).or_insert_with(|| {
-                order.push(v);
+            local.entry(fans[&h]).or_insert_with(|| {
+                order.push(fans[&h]);
                 order.len() as u32 - 1
             });
         }
+        let at = |h: u32| local[&fans[&h]];
         let cut_out = TriangleMesh {
-            positions: order.iter().map(|&v| surface.positions[v as usize]).collect(),
-            triangles: triangles.iter().map(|&t| surface.triangles[t as usize].map(|v| local[&v])).collect(),
+            positions: order.iter().map(|f| surface.positions[f.0 as usize]).collect(),
+            triangles: triangles.iter().map(|&t| [3 * t, 3 * t + 1, 3 * t + 2].map(at)).collect(),
         };
-        let inner_lines = half_edges()
-            .filter(|&h| {
-                let o = topology.twin[h as usize];
-                is_line[h as usize] && h < o && region[(o / 3) as usize] == region[(h / 3) as usize]
-            })
-            .map(|h| [local[&topology.from(h)], local[&topology.to(h)]])
-            .collect();
+        let ends = |h: u32| [at(h), at(topology.next[h as usize])];
+        let lines = || half_edges().filter(|&h| is_line[h as usize]);
+        let inner_lines =
+            lines().filter(|&h| h < topology.twin[h as usize] && same_piece(h)).map(ends).collect();
+        let line_edges = lines().filter(|&h| !same_piece(h)).map(ends).collect();
         let own = Topology::of_triangles(&cut_out);
-        let loops = own
-            .border_loops()
-            .into_iter()
-            .map(|walk| walk.into_iter().map(|h| own.from(h)).collect())
-            .collect();
+        let loops =
+            own.border_loops().into_iter().map(|walk| walk.into_iter().map(|h| own.from(h)).collect()).collect();
         Self {
             rim_count: rim.len(),
+            outside: rim.iter().map(|&v| outside[v as usize]).collect(),
             rim,
             loops,
             inner_lines,
-            size: order.iter().map(|&v| size[v as usize]).collect(),
+            line_edges,
+            size: order.iter().map(|f| size[f.0 as usize]).collect(),
             surface: cut_out,
+            under,
         }
     }
 
@@ -218,7 +281,7 @@ fn fill_region(
             _ => continue,
         };
         let finished = answer.and_then(|fill| {
-            let fill = finish::finish(region, fill, monitor)?;
+            let fill = finish::finish(region, &fill, monitor)?;
             region.verify(&fill).map_err(Declined::Because)?;
             Ok(fill)
         });

@@ -3,7 +3,7 @@
 
 use crate::attributes::corner_sources;
 use crate::band::{self, Band};
-use crate::fill::{self, Declined};
+use crate::fill::{self, Declined, Under};
 use crate::intersect::{Cut, Input, intersect};
 use crate::plan::{self, OddRegions};
 use crate::polychord::{Strips, odd_borders};
@@ -89,6 +89,7 @@ struct Job<'a> {
 
 struct Done {
     band: Band,
+    under: Vec<Under>,
     stitched: Stitched,
     lines: Vec<[u32; 2]>,
     regions: Vec<RegionReport>,
@@ -174,7 +175,7 @@ impl Job<'_> {
         let resampled = resample(&band, &plan, monitor)?;
         self.clock.lap("plan");
         monitor.stage("fill", monitor.progress().1)?;
-        let regions = resampled.regions(&band)?;
+        let regions = resampled.regions(inputs, self.operation, &kept, &band)?;
         let (fills, reports) = fill::fill_all(&regions, attempt.filler, attempt.scale, self.options, diagonal, monitor)
             .map_err(|declined| match declined {
                 Declined::Cancelled(cancelled) => cancelled.into(),
@@ -202,12 +203,13 @@ impl Job<'_> {
         monitor.stage("validate", monitor.progress().1)?;
         let verdict = validate(&stitched, cut, &band, diagonal, monitor)?;
         self.clock.lap("validate");
-        Ok(Done { band, stitched, lines, regions: reports, verdict })
+        let under = regions.into_iter().map(|r| r.under).collect();
+        Ok(Done { band, under, stitched, lines, regions: reports, verdict })
     }
 
     fn report(mut self, done: Done) -> Result<Output, BooleanError> {
         self.monitor.stage("attributes", 0.95)?;
-        let corner_source = corner_sources(self.inputs, self.operation, &done.band, &done.stitched);
+        let corner_source = corner_sources(self.inputs, self.operation, &done.under, &done.stitched);
         self.clock.lap("attributes");
         let mesh = done.stitched.mesh;
         let faces_kept = done.stitched.face_source.iter().filter(|s| s[0] >= 0).count();

@@ -5,12 +5,24 @@
 
 use crate::band::{Arc, Band};
 use crate::intersect::{Cut, Input};
+use crate::polychord::sorted;
 use mesh::{Topology, TriangleMesh};
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
 use mesh::Monitor;
 use solve::tjoin::t_join;
 
 /// Largest distance between a planned chord and the line, as a fraction of the bounding-box diagonal.
 const CHORD_ERROR: f64 = 0.0015;
+
+/// Largest distance between a quad and a bend it spans, as a fraction of the diagonal.
+const BEND_ERROR: f64 = 0.003;
+
+/// Bends make edges no shorter than this part of what they would be.
+const SMALLEST_CAP: f64 = 0.4;
+
+/// Growth of the edge length with the distance from a bend.
+const GRADING: f64 = 0.4;
 
 /// Fewest edges of a closed line.
 const FEWEST_ON_LOOP: usize = 4;
@@ -211,7 +223,66 @@ fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, scale: f64) -
             }
         }
     }
+    cap_at_bends(inputs, band, diagonal, &fixed, &mut size);
     size
+}
+
+/// Where the surface bends without a line, quads must be small to follow it: a chord of length h over a bend of angle a
+/// is off by h/4 tan(a/2). Smaller sizes then grade into their surroundings.
+fn cap_at_bends(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, fixed: &[bool], size: &mut [f64]) {
+    let (surface, topology) = (&band.surface, &band.topology);
+    let on_line: BTreeSet<[u32; 2]> =
+        band.arcs.iter().flat_map(|arc| arc.vertices.windows(2).map(|w| sorted(w[0], w[1]))).collect();
+    let normal = |h: u32| {
+        let s = band.source[(h / 3) as usize];
+        inputs[s.mesh as usize].triangles.area_normal(s.triangle as usize).normalize_or_zero()
+    };
+    let mut queue = BinaryHeap::new();
+    for h in topology.edges() {
+        let (a, b, o) = (topology.from(h), topology.to(h), topology.twin[h as usize]);
+        if o == mesh::NONE || on_line.contains(&sorted(a, b)) {
+            continue;
+        }
+        let angle = normal(h).dot(normal(o)).clamp(-1.0, 1.0).acos();
+        let most = 4.0 * BEND_ERROR * diagonal / (0.5 * angle).tan().max(1e-9);
+        for v in [a, b] {
+            let least = SMALLEST_CAP * size[v as usize];
+            if most < size[v as usize] && !fixed[v as usize] {
+                size[v as usize] = most.max(least);
+                queue.push((Reverse(Ordered(size[v as usize])), v));
+            }
+        }
+    }
+    while let Some((Reverse(Ordered(s)), v)) = queue.pop() {
+        if s > size[v as usize] {
+            continue;
+        }
+        for_each_neighbour(topology, v, |u| {
+            let graded = s + GRADING * surface.positions[v as usize].distance(surface.positions[u as usize]);
+            if graded < size[u as usize] && !fixed[u as usize] {
+                size[u as usize] = graded;
+                queue.push((Reverse(Ordered(graded)), u));
+            }
+        });
+    }
+}
+
+/// A float with a total order, for queues.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Ordered(f64);
+
+impl Eq for Ordered {}
+
+impl PartialOrd for Ordered {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Ordered {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
 }
 
 /// Calls `f` for every neighbour of `v`, the last one of a border fan included.

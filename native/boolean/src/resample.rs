@@ -1,10 +1,13 @@
 //! The planned lines put into the band's surface: afterwards its rim consists of output vertices only.
 
 use crate::band::{self, Band};
-use crate::fill::Region;
+use crate::fill::{Region, Under};
+use crate::intersect::Input;
 use crate::plan::Plan;
-use crate::{BooleanError, Elements};
+use crate::retract::{Kept, kept_valence};
+use crate::{BooleanError, Elements, Operation};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use surface::resample::{Chain, resample_chains};
 
@@ -34,7 +37,7 @@ pub fn resample(band: &Band, plan: &Plan, monitor: &Monitor) -> Result<Resampled
         .zip(&plan.positions)
         .map(|(arc, positions)| Chain { vertices: arc.vertices.clone(), positions: positions.clone() })
         .collect();
-    let done = resample_chains(&band.surface, &chains, &plan.size, monitor).map_err(|error| match monitor.check() {
+    let done = resample_chains(&band.surface, &chains, &[], monitor).map_err(|error| match monitor.check() {
         Err(cancelled) => cancelled.into(),
         Ok(()) => BooleanError::Infeasible {
             code: "line",
@@ -78,7 +81,13 @@ impl Resampled {
     ///
     /// # Errors
     /// [`BooleanError::Infeasible`] when dividing a line joined or split regions.
-    pub fn regions(&self, band: &Band) -> Result<Vec<Region>, BooleanError> {
+    pub fn regions(
+        &self,
+        inputs: &[Input<'_>; 2],
+        operation: Operation,
+        kept: &Kept,
+        band: &Band,
+    ) -> Result<Vec<Region>, BooleanError> {
         let topology = Topology::of_triangles(&self.surface);
         let mut is_line = vec![false; topology.len()];
         for path in &self.arcs {
@@ -106,7 +115,28 @@ impl Resampled {
                 elements: [Elements::new(), Elements::new()],
             });
         }
-        let region: Vec<u32> = piece.iter().map(|&p| name[p as usize]).collect();
-        Ok(Region::split(&self.surface, &topology, &is_line, &region, band.region_count, &self.size))
+        let valence: [_; 2] = std::array::from_fn(|m| kept_valence(&inputs[m], &kept[m]));
+        // The middle vertices of split strips, counted on past the input's own, have two quads.
+        let outside: Vec<u32> = self
+            .border_vertex
+            .iter()
+            .map(|b| b.map_or(0, |(m, v)| valence[m as usize].get(&v).copied().unwrap_or(2)))
+            .collect();
+        let mut regions: Vec<(u32, Region)> = (0..pieces)
+            .into_par_iter()
+            .map(|p| {
+                let members = |labels: &[u32], label: u32| -> Vec<u32> {
+                    (0..labels.len() as u32).filter(|&t| labels[t as usize] == label).collect()
+                };
+                let under = Under::new(inputs, operation, band, &members(&band.region, name[p]));
+                let triangles = members(&piece, p as u32);
+                let region = Region::cut_out(
+                    &self.surface, &topology, &is_line, &piece, &triangles, &self.size, &outside, under,
+                );
+                (name[p], region)
+            })
+            .collect();
+        regions.sort_by_key(|r| r.0);
+        Ok(regions.into_iter().map(|r| r.1).collect())
     }
 }

@@ -26,7 +26,7 @@ pub struct Cost {
     /// Sum of |valence - 4| over inner vertices and of |quads - 2| over border vertices that are not corners. A valence of
     /// 6 thus counts like two of 5, because it bends its quads as much.
     pub valence_excess: u32,
-    /// Moves made before a pattern fitted.
+    /// Moves made before a pattern fitted: rows peeled off and corners merged. The universal ring counts as one for each side.
     pub moves: u32,
     /// Variance of the strip multiplicities, plus one for each vertex of valence 6 or more: breaks near ties.
     pub unevenness: f64,
@@ -117,7 +117,11 @@ impl Disk {
         let along = |a: u32, b: u32| {
             let mut line = vec![of_vertex[a as usize]];
             let inner = &of_edge[&edge_key(a, b)];
-            if a < b { line.extend(inner) } else { line.extend(inner.iter().rev()) }
+            if a < b {
+                line.extend(inner);
+            } else {
+                line.extend(inner.iter().rev());
+            }
             line.push(of_vertex[b as usize]);
             line
         };
@@ -145,7 +149,8 @@ impl Disk {
     /// disks get equal numbers. O(quads).
     pub(crate) fn renumbered(&self) -> Self {
         let topology = Topology::new(self.vertex_count as usize, &self.quads);
-        let mut number: Vec<u32> = (0..self.vertex_count).map(|v| if v < self.perimeter { v } else { mesh::NONE }).collect();
+        let mut number: Vec<u32> =
+            (0..self.vertex_count).map(|v| if v < self.perimeter { v } else { mesh::NONE }).collect();
         let mut count = self.perimeter;
         let mut seen = vec![false; self.quads.len()];
         let mut queue = VecDeque::new();
@@ -342,7 +347,9 @@ impl Outline {
     fn reduction(&self, mut border: Vec<u32>, mut corners: Vec<Corner>, row: Vec<[u32; 4]>, added: u32) -> Reduction {
         let first = corners.first().map_or(0, |c| c.at);
         border.rotate_left(first as usize);
-        corners.iter_mut().for_each(|c| c.at -= first);
+        for corner in &mut corners {
+            corner.at -= first;
+        }
         let inner = Self { perimeter: border.len() as u32, corners };
         Reduction { inner, border, row, outer_perimeter: self.perimeter, added }
     }

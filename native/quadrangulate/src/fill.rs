@@ -135,7 +135,8 @@ impl Filler {
         }
         check_perimeter(sides.iter().map(|&s| u64::from(s)).sum())?;
         let (canonical, turn) = canonical(sides);
-        let found = self.found.entry((canonical, most)).or_insert_with_key(|(sides, most)| search(sides, (*most).max(1)));
+        let found =
+            self.found.entry((canonical, most)).or_insert_with_key(|(sides, most)| search(sides, (*most).max(1)));
         Ok(found.iter().map(|filling| filling.topology(|disk| turn.undo(sides, disk))).collect())
     }
 
@@ -243,15 +244,19 @@ fn search(sides: &[u32], most: usize) -> Vec<Filling> {
     let outline = Outline::new(sides);
     let mut best = Best { most, fillings: vec![] };
     if sides.len() <= MOST_SIDES {
-        for (disk, name, unevenness) in pattern_disks(sides, most) {
+        for (disk, name, unevenness) in pattern_disks(sides, most, u32::MAX) {
             best.offer(Filling::new(&outline, disk.renumbered(), Method::Pattern(name), 0, unevenness));
         }
-        if best.fillings.len() == most {
+        // A single pair of irregular vertices more than so many corners ask for is good enough not to look at moves, which
+        // cost more time and put irregular vertices on or next to the border.
+        let valence_excess = least_excess(sides.len()) + 2;
+        let bound = Cost { irregular_corners: 0, valence_excess, moves: 0, unevenness: f64::INFINITY };
+        if best.beats(&bound) {
             return best.fillings;
         }
     }
     let ring = universal::fill(&outline).renumbered();
-    best.offer(Filling::new(&outline, ring, Method::Universal, 0, 0.0));
+    best.offer(Filling::new(&outline, ring, Method::Universal, sides.len() as u32, 0.0));
     if sides.len() <= MOST_SIDES {
         search_moves(&outline, &mut best);
     } else {
@@ -276,15 +281,34 @@ impl Best {
         self.fillings.truncate(self.most);
     }
 
+    /// The most excess a pattern may add to a reached outline and still enter.
+    fn room(&self, reached: &Reached) -> u32 {
+        match self.fillings.last() {
+            Some(last)
+                if self.fillings.len() == self.most && last.cost.irregular_corners <= reached.irregular_corners =>
+            {
+                last.cost.valence_excess.saturating_sub(reached.excess)
+            }
+            _ => u32::MAX,
+        }
+    }
+
     /// True when nothing of this cost or more can enter.
     fn beats(&self, cost: &Cost) -> bool {
         self.fillings.len() == self.most && self.fillings.last().is_some_and(|f| f.cost <= *cost)
     }
 }
 
-/// Patterns that fit, unfolded: all of the least valence excess, and more while fewer than `most` were found.
-fn pattern_disks(sides: &[u32], most: usize) -> Vec<(Disk, String, f64)> {
-    let of_size: Vec<usize> = (0..PATTERNS.len()).filter(|&p| PATTERNS[p].sides.len() == sides.len()).collect();
+/// Least valence excess of a disk with so many regular corners: valences average out to 4 - corners in all.
+fn least_excess(corners: usize) -> u32 {
+    4u32.abs_diff(corners as u32)
+}
+
+/// Patterns that fit, unfolded: all of the least valence excess, and more while fewer than `most` were found, but none
+/// of an excess above `limit`.
+fn pattern_disks(sides: &[u32], most: usize, limit: u32) -> Vec<(Disk, String, f64)> {
+    let fits_limit = |p: &usize| PATTERNS[*p].sides.len() == sides.len() && PATTERNS[*p].valence_excess <= limit;
+    let of_size: Vec<usize> = (0..PATTERNS.len()).filter(fits_limit).collect();
     let mut disks = Vec::new();
     for equals in of_size.chunk_by(|&a, &b| PATTERNS[a].valence_excess == PATTERNS[b].valence_excess) {
         let mut fits: Vec<Fit> = Vec::new();
@@ -294,7 +318,8 @@ fn pattern_disks(sides: &[u32], most: usize) -> Vec<(Disk, String, f64)> {
                 fits.push(Fit { pattern, turn, strips, unevenness });
             }
         }
-        let lumps = |f: &Fit| f.unevenness + f64::from(PATTERNS[f.pattern].valence_excess - PATTERNS[f.pattern].irregular);
+        let lumps =
+            |f: &Fit| f.unevenness + f64::from(PATTERNS[f.pattern].valence_excess - PATTERNS[f.pattern].irregular);
         fits.sort_by(|a, b| lumps(a).total_cmp(&lumps(b)));
         // One filling is wanted: the first will do. For more, leave it to the caller to find the equal ones.
         if most == 1 {
@@ -322,8 +347,10 @@ fn variance(strips: &[u32]) -> f64 {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Reached {
     irregular_corners: u32,
-    /// Excess so far plus |4 - corners|, which every filling of the rest adds at least.
+    /// Excess so far plus what every filling of the rest adds at least.
     least_excess: u32,
+    /// Number of moves: outlines are taken in rising order of what [`Cost`] compares.
+    made: u32,
     moves: Vec<Move>,
     excess: u32,
     outline: Outline,
@@ -331,11 +358,12 @@ struct Reached {
 
 /// Uniform-cost search over up to [`MOST_MOVES`] moves; every outline on the way that a pattern fills is an offer.
 fn search_moves(outline: &Outline, best: &mut Best) {
-    let root = Reached { irregular_corners: 0, least_excess: 0, moves: vec![], excess: 0, outline: outline.clone() };
+    let root =
+        Reached { irregular_corners: 0, least_excess: 0, made: 0, moves: vec![], excess: 0, outline: outline.clone() };
     let mut queue = BTreeSet::from([root]);
     let mut seen = BTreeSet::new();
     while let Some(reached) = queue.pop_first() {
-        let made = reached.moves.len() as u32;
+        let made = reached.made;
         let bound = Cost {
             irregular_corners: reached.irregular_corners,
             valence_excess: reached.least_excess,
@@ -365,7 +393,8 @@ fn search_moves(outline: &Outline, best: &mut Best) {
             moves.push(step);
             queue.insert(Reached {
                 irregular_corners: reached.irregular_corners + corner,
-                least_excess: excess + 4u32.abs_diff(reduction.inner.corners.len() as u32),
+                least_excess: excess + least_excess(reduction.inner.corners.len()),
+                made: made + 1,
                 moves,
                 excess,
                 outline: reduction.inner,
@@ -379,7 +408,7 @@ fn offer_reached(outline: &Outline, reached: &Reached, best: &mut Best) {
     let inner = if reached.outline.corners.is_empty() {
         vec![(universal::fill(&reached.outline), String::new(), 0.0)]
     } else {
-        pattern_disks(&reached.outline.sides(), 1)
+        pattern_disks(&reached.outline.sides(), 1, best.room(reached))
     };
     for (mut disk, _, unevenness) in inner {
         let mut reductions = Vec::new();
@@ -392,8 +421,7 @@ fn offer_reached(outline: &Outline, reached: &Reached, best: &mut Best) {
         for reduction in reductions.iter().rev() {
             disk = reduction.restore(&disk);
         }
-        let made = reached.moves.len() as u32;
-        best.offer(Filling::new(outline, disk.renumbered(), Method::Moves, made, unevenness));
+        best.offer(Filling::new(outline, disk.renumbered(), Method::Moves, reached.made, unevenness));
     }
 }
 

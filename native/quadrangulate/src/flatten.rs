@@ -28,7 +28,7 @@ pub(crate) fn domain_point(sides: usize, place: BorderPlace) -> DVec2 {
     let corner = |k: usize| DVec2::from_angle(TAU * k as f64 / n);
     let (from, to) = (corner(place.side), corner(place.side + 1));
     // A parabola that leaves the chord at half the angle the circle would: convex at the corners too.
-    let bulge = (PI / (2.0 * n)).tan() * place.fraction * (1.0 - place.fraction);
+    let bulge = 0.1 * (PI / (2.0 * n)).tan() * place.fraction * (1.0 - place.fraction);
     from.lerp(to, place.fraction) - (to - from).perp() * bulge
 }
 
@@ -150,7 +150,9 @@ mod tests {
     fn domain_is_strictly_convex() {
         for n in 0..20 {
             let points: Vec<DVec2> = (0..n.max(1))
-                .flat_map(|side| (0..5).map(move |k| domain_point(n, BorderPlace { side, fraction: f64::from(k) / 5.0 })))
+                .flat_map(|side| {
+                    (0..5).map(move |k| domain_point(n, BorderPlace { side, fraction: f64::from(k) / 5.0 }))
+                })
                 .collect();
             for k in 0..points.len() {
                 let [a, b, c] = [0, 1, 2].map(|j| points[(k + j) % points.len()]);
@@ -164,9 +166,8 @@ mod tests {
         let patch = crate::fill_disk(&[5, 4, 7, 6, 4]).unwrap();
         let p = patch.border.len();
         let weights = uniform_weights(&patch.quads);
-        let fixed: Vec<_> = (0..patch.vertex_count)
-            .map(|v| (v < p).then(|| DVec2::from_angle(TAU * v as f64 / p as f64)))
-            .collect();
+        let fixed: Vec<_> =
+            (0..patch.vertex_count).map(|v| (v < p).then(|| DVec2::from_angle(TAU * v as f64 / p as f64))).collect();
         let x = harmonic(&weights, &fixed);
         for v in p..patch.vertex_count {
             let around: Vec<_> = weights.iter().filter(|(e, _)| e.contains(&(v as u32))).collect();

@@ -92,7 +92,9 @@ fn two_loop(gradient: &[DVec2], memory: &VecDeque<Pair>) -> Vec<DVec2> {
     }
     if let Some((_, change, inverse)) = memory.back() {
         let scale = 1.0 / (inverse * dot(change, change));
-        q.iter_mut().for_each(|q| *q *= scale);
+        for q in &mut q {
+            *q *= scale;
+        }
     }
     for ((moved, change, inverse), factor) in memory.iter().zip(factors.into_iter().rev()) {
         let back = inverse * dot(change, &q);

@@ -47,7 +47,8 @@ impl<'a> Locator<'a> {
     pub(crate) fn find(&self, point: DVec2) -> Place {
         let [x, y] = self.cell_of(point);
         let here = self.bins[y * self.cells[0] + x].iter().map(|&t| t as usize);
-        let inside = here.map(|t| (t, self.weights(t, point))).max_by(|a, b| a.1.min_element().total_cmp(&b.1.min_element()));
+        let inside =
+            here.map(|t| (t, self.weights(t, point))).max_by(|a, b| a.1.min_element().total_cmp(&b.1.min_element()));
         if let Some((triangle, weights)) = inside
             && weights.min_element() >= -1e-9
         {

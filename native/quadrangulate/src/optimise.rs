@@ -20,8 +20,9 @@ const MOST_ASPECT: f64 = 5.0;
 /// corners on an edge see it running the same way, and J is positive where the quad is counter-clockwise.
 const CORNERS: [[usize; 4]; 4] = [[0, 1, 0, 3], [0, 1, 1, 2], [3, 2, 1, 2], [3, 2, 0, 3]];
 
-/// Improves `positions` in place; those with `fixed` stay. Each quad keeps the aspect (within 1:5) it starts with. Units
-/// do not matter. Cost: at most 600 evaluations, each O(quads).
+/// Improves `positions` in place; those with `fixed` stay. Each quad aims at the aspect (within 1:5) it has when a round
+/// starts: taken anew each round, a grid ends up straight even when it came in wavy. Units do not
+/// matter. Cost: at most 600 steps, each O(quads).
 ///
 /// # Errors
 /// [`Cancelled`], between steps.
@@ -37,15 +38,15 @@ pub fn optimise_flat(
     if fixed.iter().all(|&f| f) || mean_area.is_nan() || mean_area <= 0.0 {
         return Ok(());
     }
-    let aspects: Vec<f64> = quads
-        .iter()
-        .map(|q| {
-            let [a, b, c, d] = at(positions, q);
-            let [first, second] = [a.distance(b) + c.distance(d), b.distance(c) + d.distance(a)];
-            if second > 0.0 { (first / second).clamp(1.0 / MOST_ASPECT, MOST_ASPECT) } else { MOST_ASPECT }
-        })
-        .collect();
     for _ in 0..ROUNDS {
+        let aspects: Vec<f64> = quads
+            .iter()
+            .map(|q| {
+                let [a, b, c, d] = at(positions, q);
+                let [first, second] = [a.distance(b) + c.distance(d), b.distance(c) + d.distance(a)];
+                if second > 0.0 { (first / second).clamp(1.0 / MOST_ASPECT, MOST_ASPECT) } else { MOST_ASPECT }
+            })
+            .collect();
         let worst = quads.iter().flat_map(|q| jacobians(at(positions, q))).fold(f64::INFINITY, f64::min);
         let softness = if worst > 1e-3 * mean_area {
             1e-3 * mean_area
@@ -147,7 +148,6 @@ mod tests {
         let worst = |p: &[DVec2]| quads.iter().flat_map(|q| jacobians(q.map(|v| p[v as usize]))).fold(1.0, f64::min);
         assert!(worst(&moved) < 0.0);
         optimise_flat(&quads, &mut moved, &fixed, &Monitor::new()).unwrap();
-        // Aspects are those of the tangled quads, so that squares are not quite the optimum.
         assert!(worst(&moved) > 0.4, "{}", worst(&moved));
     }
 }

@@ -9,7 +9,7 @@
 //! which `QuadMixer` (Nuvoli et al. 2019, section 3.5) calls for. The patterns themselves come from a search of ours over
 //! boundary words.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 /// Strips that join the same two sides: only the sum of their multiplicities matters to the side counts.
@@ -76,11 +76,11 @@ impl Pattern {
         let strip_count = strip_of_edge.values().max().map_or(0, |&s| s + 1);
 
         let mut ends = vec![Vec::new(); strip_count];
-        let mut on_border = BTreeMap::new();
+        let mut on_border = BTreeSet::new();
         for (i, side) in sides.iter().enumerate() {
             for pair in side.windows(2) {
                 ends[strip_of_edge[&edge_key(pair[0], pair[1])]].push(i);
-                on_border.insert(pair[0], ());
+                on_border.insert(pair[0]);
             }
         }
         let mut by_ends: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
@@ -95,7 +95,7 @@ impl Pattern {
             valence[v as usize] += 1;
         }
         let off: Vec<_> = (0..vertex_count)
-            .filter(|&v| !on_border.contains_key(&(v as u32)) && valence[v] != 4)
+            .filter(|&v| !on_border.contains(&(v as u32)) && valence[v] != 4)
             .map(|v| (valence[v] - 4).unsigned_abs() as u32)
             .collect();
         Self {

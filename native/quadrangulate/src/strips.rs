@@ -69,7 +69,7 @@ fn nonnegative_least_squares(pattern: &Pattern, rest: &[i64]) -> Option<Vec<f64>
         for (group, value) in pattern.groups.iter().zip(&mut y) {
             let [i, j] = group.ends;
             // Column e_i + e_j has squared norm 2, 2 e_i has 4 and twice the gradient: the same step for both halves.
-            let step = if i == j { error[i] / 2.0 } else { (error[i] + error[j]) / 2.0 };
+            let step = if i == j { error[i] / 2.0 } else { f64::midpoint(error[i], error[j]) };
             let change = (*value - step).max(0.0) - *value;
             *value += change;
             error[i] += change;
@@ -85,14 +85,7 @@ fn nonnegative_least_squares(pattern: &Pattern, rest: &[i64]) -> Option<Vec<f64>
 
 /// Depth-first search for group sums with `B added = rest`, values nearest the real solution first. `open[side]` is the
 /// number of group ends on the side still undecided.
-fn search(
-    pattern: &Pattern,
-    g: usize,
-    rest: &mut [i64],
-    open: &mut [u32],
-    target: &[i64],
-    added: &mut [i64],
-) -> bool {
+fn search(pattern: &Pattern, g: usize, rest: &mut [i64], open: &mut [u32], target: &[i64], added: &mut [i64]) -> bool {
     let Some(group) = pattern.groups.get(g) else { return rest.iter().all(|&r| r == 0) };
     let [i, j] = group.ends;
     open[i] -= 1;
@@ -153,7 +146,9 @@ fn even_out(pattern: &Pattern, sums: &mut [i64]) {
         for exchange in &pattern.exchanges {
             for sign in [1, -1] {
                 while gain(sums, exchange, sign) > 0 {
-                    exchange.iter().for_each(|&(g, step)| sums[g] += sign * step);
+                    for &(g, step) in exchange {
+                        sums[g] += sign * step;
+                    }
                     improved = true;
                 }
             }
@@ -202,7 +197,7 @@ mod tests {
     fn agrees_with_brute_force() {
         fn reachable(p: &Pattern, g: usize, rest: &[i64]) -> bool {
             let Some(group) = p.groups.get(g) else { return rest.iter().all(|&r| r == 0) };
-            (0..).take_while(|v| group.ends.iter().all(|&e| rest[e] >= *v)).any(|v| {
+            (0..=rest[group.ends[0]].min(rest[group.ends[1]])).any(|v| {
                 let mut next = rest.to_vec();
                 group.ends.iter().for_each(|&e| next[e] -= v);
                 next.iter().all(|&r| r >= 0) && reachable(p, g + 1, &next)

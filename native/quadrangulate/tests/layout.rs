@@ -3,9 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use mesh::{Monitor, Topology, TriangleMesh};
-use quadrangulate::layout::{
-    Fault, LayoutError, LayoutOptions, PatchLayout, SubSideKind, trace_layout,
-};
+use quadrangulate::layout::{Fault, LayoutError, LayoutOptions, PatchLayout, SubSideKind, trace_layout};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -25,10 +23,8 @@ fn layout_of(mesh: &TriangleMesh) -> Result<PatchLayout, LayoutError> {
 
 fn euler_characteristic(triangles: &[[u32; 3]]) -> i32 {
     let vertices: BTreeSet<u32> = triangles.iter().flatten().copied().collect();
-    let edges: BTreeSet<[u32; 2]> = triangles
-        .iter()
-        .flat_map(|t| (0..3).map(|k| sorted(t[k], t[(k + 1) % 3])))
-        .collect();
+    let edges: BTreeSet<[u32; 2]> =
+        triangles.iter().flat_map(|t| (0..3).map(|k| sorted(t[k], t[(k + 1) % 3]))).collect();
     vertices.len() as i32 - edges.len() as i32 + triangles.len() as i32
 }
 
@@ -39,24 +35,10 @@ fn sorted(a: u32, b: u32) -> [u32; 2] {
 /// Checks everything a layout promises, from its arrays alone.
 fn check(input: &TriangleMesh, layout: &PatchLayout) {
     let mesh = &layout.mesh;
-    assert_eq!(
-        mesh.positions[..input.positions.len()],
-        input.positions[..],
-        "given vertices stay"
-    );
-    let area = |m: &TriangleMesh| {
-        (0..m.triangles.len())
-            .map(|t| m.area_normal(t).length() / 2.0)
-            .sum::<f64>()
-    };
-    assert!(
-        (area(mesh) - area(input)).abs() < 1e-9 * area(input),
-        "the surface is only refined"
-    );
-    assert_eq!(
-        euler_characteristic(&mesh.triangles),
-        euler_characteristic(&input.triangles)
-    );
+    assert_eq!(mesh.positions[..input.positions.len()], input.positions[..], "given vertices stay");
+    let area = |m: &TriangleMesh| (0..m.triangles.len()).map(|t| m.area_normal(t).length() / 2.0).sum::<f64>();
+    assert!((area(mesh) - area(input)).abs() < 1e-9 * area(input), "the surface is only refined");
+    assert_eq!(euler_characteristic(&mesh.triangles), euler_characteristic(&input.triangles));
     let border = |m: &TriangleMesh| -> BTreeSet<[u32; 2]> {
         let topology = Topology::of_triangles(m);
         (0..topology.len() as u32)
@@ -73,61 +55,29 @@ fn check(input: &TriangleMesh, layout: &PatchLayout) {
             assert_eq!(owner[t as usize], u32::MAX);
             owner[t as usize] = p as u32;
         }
-        let triangles: Vec<[u32; 3]> = patch
-            .triangles
-            .iter()
-            .map(|&t| mesh.triangles[t as usize])
-            .collect();
+        let triangles: Vec<[u32; 3]> = patch.triangles.iter().map(|&t| mesh.triangles[t as usize]).collect();
         assert_eq!(euler_characteristic(&triangles), 1, "patch {p} is a disk");
-        assert!(
-            (3..=6).contains(&patch.sides.len()),
-            "patch {p} has {} sides",
-            patch.sides.len()
-        );
+        assert!((3..=6).contains(&patch.sides.len()), "patch {p} has {} sides", patch.sides.len());
         assert_eq!(patch.sides.len(), patch.corners.len());
         // The sides, joined, are the border of the triangles, in its direction and without repeats.
-        let part = TriangleMesh {
-            positions: mesh.positions.clone(),
-            triangles,
-        };
+        let part = TriangleMesh { positions: mesh.positions.clone(), triangles };
         let mut walked = BTreeSet::new();
         let mut starts = BTreeSet::new();
         for side in 0..patch.sides.len() {
             let path = layout.side_path(p, side);
-            assert_eq!(
-                path.last(),
-                Some(&patch.corners[(side + 1) % patch.corners.len()])
-            );
+            assert_eq!(path.last(), Some(&patch.corners[(side + 1) % patch.corners.len()]));
             walked.extend(path.windows(2).map(|w| [w[0], w[1]]));
-            assert!(
-                path[1..].iter().all(|&v| starts.insert(v)),
-                "patch {p} meets itself"
-            );
-            patch.sides[side]
-                .iter()
-                .for_each(|&sub| uses[sub as usize] += 1);
+            assert!(path[1..].iter().all(|&v| starts.insert(v)), "patch {p} meets itself");
+            patch.sides[side].iter().for_each(|&sub| uses[sub as usize] += 1);
         }
         assert_eq!(walked, border(&part));
     }
     assert!(owner.iter().all(|&p| p != u32::MAX));
     for (sub, count) in layout.sub_sides.iter().zip(uses) {
-        assert_eq!(
-            count,
-            if sub.kind == SubSideKind::Border {
-                1
-            } else {
-                2
-            }
-        );
-        let on_border = border(input)
-            .iter()
-            .map(|e| sorted(e[0], e[1]))
-            .collect::<BTreeSet<_>>();
+        assert_eq!(count, if sub.kind == SubSideKind::Border { 1 } else { 2 });
+        let on_border = border(input).iter().map(|e| sorted(e[0], e[1])).collect::<BTreeSet<_>>();
         for w in sub.vertices.windows(2) {
-            assert_eq!(
-                on_border.contains(&sorted(w[0], w[1])),
-                sub.kind == SubSideKind::Border
-            );
+            assert_eq!(on_border.contains(&sorted(w[0], w[1])), sub.kind == SubSideKind::Border);
         }
     }
 }
@@ -139,19 +89,14 @@ fn draw(name: &str, layout: &PatchLayout) {
     };
     let at = |v: u32| layout.mesh.positions[v as usize].truncate();
     let points = || layout.mesh.positions.iter().map(|p| p.truncate());
-    let (low, high) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| {
-        (l.min(p), h.max(p))
-    });
+    let (low, high) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
     let scale = 900.0 / (high - low).max_element();
     let place = |p: DVec2| DVec2::new(p.x - low.x, high.y - p.y) * scale + 10.0;
-    let mut svg = format!(
-        "<svg xmlns='http://www.w3.org/2000/svg' width='920' height='{}'>",
-        (high.y - low.y) * scale + 20.0
-    );
+    let mut svg =
+        format!("<svg xmlns='http://www.w3.org/2000/svg' width='920' height='{}'>", (high.y - low.y) * scale + 20.0);
     for (k, patch) in layout.patches.iter().enumerate() {
         let hue = (k as f64 * 0.618_034).fract() * TAU;
-        let colour = [0.0, TAU / 3.0, 2.0 * TAU / 3.0]
-            .map(|phase| 195 + (55.0 * (hue + phase).cos()) as i32);
+        let colour = [0.0, TAU / 3.0, 2.0 * TAU / 3.0].map(|phase| 195 + (55.0 * (hue + phase).cos()) as i32);
         for &t in &patch.triangles {
             let p = layout.mesh.triangles[t as usize].map(|v| place(at(v)));
             let _ = write!(
@@ -162,104 +107,45 @@ fn draw(name: &str, layout: &PatchLayout) {
         }
     }
     for sub in &layout.sub_sides {
-        let path: Vec<String> = sub
-            .vertices
-            .iter()
-            .map(|&v| place(at(v)))
-            .map(|p| format!("{:.1},{:.1}", p.x, p.y))
-            .collect();
-        let colour = if sub.kind == SubSideKind::Border {
-            "black"
-        } else {
-            "rgb(200,0,0)"
-        };
-        let _ = write!(
-            svg,
-            "<polyline points='{}' fill='none' stroke='{colour}' stroke-width='2'/>",
-            path.join(" ")
-        );
+        let path: Vec<String> =
+            sub.vertices.iter().map(|&v| place(at(v))).map(|p| format!("{:.1},{:.1}", p.x, p.y)).collect();
+        let colour = if sub.kind == SubSideKind::Border { "black" } else { "rgb(200,0,0)" };
+        let _ = write!(svg, "<polyline points='{}' fill='none' stroke='{colour}' stroke-width='2'/>", path.join(" "));
         let p = place(at(sub.vertices[0]));
-        let _ = write!(
-            svg,
-            "<circle cx='{:.1}' cy='{:.1}' r='4' fill='{colour}'/>",
-            p.x, p.y
-        );
+        let _ = write!(svg, "<circle cx='{:.1}' cy='{:.1}' r='4' fill='{colour}'/>", p.x, p.y);
     }
     svg.push_str("</svg>");
     std::fs::write(format!("{folder}/{name}.svg"), svg).expect("the picture folder exists");
 }
 
 fn polygon(corners: &[(f64, f64)], edge: f64) -> Vec<DVec2> {
-    subdivided(
-        &corners.iter().map(|&c| DVec2::from(c)).collect::<Vec<_>>(),
-        edge,
-    )
+    subdivided(&corners.iter().map(|&c| DVec2::from(c)).collect::<Vec<_>>(), edge)
 }
 
 fn shapes() -> BTreeMap<&'static str, TriangleMesh> {
-    let l_shape = polygon(
-        &[(0., 0.), (4., 0.), (4., 2.), (2., 2.), (2., 4.), (0., 4.)],
-        0.4,
-    );
+    let l_shape = polygon(&[(0., 0.), (4., 0.), (4., 2.), (2., 2.), (2., 4.), (0., 4.)], 0.4);
     let hole = polygon(&[(1.5, 1.5), (3., 1.5), (3., 3.), (1.5, 3.)], 0.4);
     let outer = polygon(&[(0., 0.), (5., 0.), (5., 4.5), (0., 4.5)], 0.4);
-    let pants = [
-        circle(DVec2::ZERO, 3.0, 48),
-        circle(DVec2::new(1.3, 0.2), 0.7, 13),
-        circle(DVec2::new(-1.3, 0.), 0.6, 11),
-    ];
-    let star: Vec<DVec2> = (0..10)
-        .map(|k| [3.0, 1.5][k % 2] * DVec2::from_angle(TAU * k as f64 / 10.0))
-        .collect();
+    let pants =
+        [circle(DVec2::ZERO, 3.0, 48), circle(DVec2::new(1.3, 0.2), 0.7, 13), circle(DVec2::new(-1.3, 0.), 0.6, 11)];
+    let star: Vec<DVec2> = (0..10).map(|k| [3.0, 1.5][k % 2] * DVec2::from_angle(TAU * k as f64 / 10.0)).collect();
     let staircase = polygon(
-        &[
-            (0., 0.),
-            (5., 0.),
-            (5., 1.),
-            (4., 1.),
-            (4., 2.),
-            (3., 2.),
-            (3., 3.),
-            (2., 3.),
-            (2., 4.),
-            (0., 4.),
-        ],
+        &[(0., 0.), (5., 0.), (5., 1.), (4., 1.), (4., 2.), (3., 2.), (3., 3.), (2., 3.), (2., 4.), (0., 4.)],
         0.5,
     );
     [
-        ("l_shape", plane_region(&[l_shape.clone()], flat)),
+        ("l_shape", plane_region(std::slice::from_ref(&l_shape), flat)),
         ("l_shape_curved", plane_region(&[l_shape], dome)),
-        (
-            "annulus",
-            plane_region(
-                &[circle(DVec2::ZERO, 2.0, 40), circle(DVec2::ZERO, 1.2, 30)],
-                flat,
-            ),
-        ),
-        (
-            "annulus_curved",
-            plane_region(
-                &[
-                    circle(DVec2::ZERO, 2.0, 31),
-                    circle(DVec2::new(0.2, 0.), 1.0, 17),
-                ],
-                dome,
-            ),
-        ),
+        ("annulus", plane_region(&[circle(DVec2::ZERO, 2.0, 40), circle(DVec2::ZERO, 1.2, 30)], flat)),
+        ("annulus_curved", plane_region(&[circle(DVec2::ZERO, 2.0, 31), circle(DVec2::new(0.2, 0.), 1.0, 17)], dome)),
         ("square_hole", plane_region(&[outer.clone(), hole], flat)),
-        (
-            "round_hole",
-            plane_region(&[outer, circle(DVec2::new(2.2, 2.4), 1.0, 16)], dome),
-        ),
+        ("round_hole", plane_region(&[outer, circle(DVec2::new(2.2, 2.4), 1.0, 16)], dome)),
         ("pants", plane_region(&pants, flat)),
         ("pants_curved", plane_region(&pants, dome)),
         ("disk", plane_region(&[circle(DVec2::ZERO, 2.0, 32)], dome)),
         ("star", plane_region(&[subdivided(&star, 0.35)], flat)),
         ("staircase", plane_region(&[staircase], flat)),
-        (
-            "octagon",
-            plane_region(&[subdivided(&circle(DVec2::ZERO, 2.0, 8), 0.4)], flat),
-        ),
+        ("octagon", plane_region(&[subdivided(&circle(DVec2::ZERO, 2.0, 8), 0.4)], flat)),
     ]
     .into()
 }
@@ -291,8 +177,7 @@ fn chain(mesh: &TriangleMesh, from: DVec2, to: DVec2) -> Vec<[u32; 2]> {
     let at = |v: u32| mesh.positions[v as usize].truncate();
     let near = |p: DVec2| {
         let all = (0..mesh.positions.len() as u32).filter(|&v| !topology.is_border_vertex(v));
-        all.min_by(|&a, &b| at(a).distance(p).total_cmp(&at(b).distance(p)))
-            .expect("an interior vertex")
+        all.min_by(|&a, &b| at(a).distance(p).total_cmp(&at(b).distance(p))).expect("an interior vertex")
     };
     let (mut v, end) = (near(from), near(to));
     let mut edges = Vec::new();
@@ -310,30 +195,18 @@ fn chain(mesh: &TriangleMesh, from: DVec2, to: DVec2) -> Vec<[u32; 2]> {
 
 #[test]
 fn features_become_sides() {
-    let mesh = plane_region(
-        &[polygon(&[(0., 0.), (6., 0.), (6., 5.), (0., 5.)], 0.4)],
-        dome,
-    );
+    let mesh = plane_region(&[polygon(&[(0., 0.), (6., 0.), (6., 5.), (0., 5.)], 0.4)], dome);
     let corners = [(1.5, 1.5), (4.5, 1.5), (4.5, 3.5), (1.5, 3.5)].map(DVec2::from);
     let dangling = chain(&mesh, corners[0], corners[1]);
-    let closed: Vec<[u32; 2]> = (0..4)
-        .flat_map(|k| chain(&mesh, corners[k], corners[(k + 1) % 4]))
-        .collect();
+    let closed: Vec<[u32; 2]> = (0..4).flat_map(|k| chain(&mesh, corners[k], corners[(k + 1) % 4])).collect();
     for (name, features) in [("dangling_feature", dangling), ("closed_feature", closed)] {
-        let layout = trace_layout(&mesh, &features, &LayoutOptions::default(), &Monitor::new())
-            .expect("a layout");
+        let layout = trace_layout(&mesh, &features, &LayoutOptions::default(), &Monitor::new()).expect("a layout");
         draw(name, &layout);
         check(&mesh, &layout);
         let length = |edges: &[[u32; 2]]| -> f64 {
-            edges
-                .iter()
-                .map(|e| mesh.positions[e[0] as usize].distance(mesh.positions[e[1] as usize]))
-                .sum()
+            edges.iter().map(|e| mesh.positions[e[0] as usize].distance(mesh.positions[e[1] as usize])).sum()
         };
-        let sides = layout
-            .sub_sides
-            .iter()
-            .filter(|sub| sub.kind == SubSideKind::Feature);
+        let sides = layout.sub_sides.iter().filter(|sub| sub.kind == SubSideKind::Feature);
         assert!((sides.map(|sub| sub.length).sum::<f64>() - length(&features)).abs() < 1e-9);
     }
 }
@@ -354,45 +227,23 @@ fn what_cannot_be_divided_is_named() {
 
     let mut pinched = disk.clone();
     let offset = pinched.positions.len() as u32 - 1;
-    pinched
-        .positions
-        .extend(disk.positions[1..].iter().map(|&p| p + 2.0 * DVec3::X));
-    pinched.triangles.extend(
-        disk.triangles
-            .iter()
-            .map(|t| t.map(|v| if v == 0 { 0 } else { v + offset })),
-    );
-    assert_eq!(
-        layout_of(&pinched).unwrap_err(),
-        LayoutError::NotManifold { vertex: 0 }
-    );
+    pinched.positions.extend(disk.positions[1..].iter().map(|&p| p + 2.0 * DVec3::X));
+    pinched.triangles.extend(disk.triangles.iter().map(|t| t.map(|v| if v == 0 { 0 } else { v + offset })));
+    assert_eq!(layout_of(&pinched).unwrap_err(), LayoutError::NotManifold { vertex: 0 });
 
     let tetrahedron = TriangleMesh {
         positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
         triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
     };
-    assert_eq!(
-        layout_of(&tetrahedron).unwrap_err(),
-        LayoutError::NoBorder { triangle: 0 }
-    );
+    assert_eq!(layout_of(&tetrahedron).unwrap_err(), LayoutError::NoBorder { triangle: 0 });
 
     // Two edges that meet at sharp corners leave nothing to start a trace from.
     let lens = TriangleMesh {
-        positions: vec![
-            DVec3::ZERO,
-            DVec3::new(1.0, -0.01, 0.0),
-            DVec3::new(2.0, 0.0, 0.0),
-        ],
+        positions: vec![DVec3::ZERO, DVec3::new(1.0, -0.01, 0.0), DVec3::new(2.0, 0.0, 0.0)],
         triangles: vec![[0, 1, 2]],
     };
     let error = layout_of(&lens).unwrap_err();
-    assert_eq!(
-        error,
-        LayoutError::NoTrace {
-            fault: Fault::Sides { count: 2 },
-            triangles: vec![0]
-        }
-    );
+    assert_eq!(error, LayoutError::NoTrace { fault: Fault::Sides { count: 2 }, triangles: vec![0] });
 }
 
 /// Numbers in [0, 1) from a seed (splitmix64).
@@ -415,9 +266,7 @@ fn outlines(cells: &BTreeSet<[i32; 2]>) -> Option<Vec<Vec<DVec2>>> {
         let corners = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]];
         let beside = [[x, y - 1], [x + 1, y], [x, y + 1], [x - 1, y]];
         for k in 0..4 {
-            if !cells.contains(&beside[k])
-                && next.insert(corners[k], corners[(k + 1) % 4]).is_some()
-            {
+            if !cells.contains(&beside[k]) && next.insert(corners[k], corners[(k + 1) % 4]).is_some() {
                 return None;
             }
         }
@@ -441,22 +290,14 @@ fn random_region(seed: u64) -> Option<TriangleMesh> {
     let mut random = Random(seed);
     let outside = random.next() < 0.6;
     let (radius, distance) = (1.2 + 6.0 * random.next().powi(2), 0.9 + 1.2 * random.next());
-    let (stretch, turn, wave) = (
-        0.5 + random.next(),
-        TAU * random.next(),
-        0.25 * random.next(),
-    );
+    let (stretch, turn, wave) = (0.5 + random.next(), TAU * random.next(), 0.25 * random.next());
     let centre = DVec2::new(random.next(), random.next());
     let shape = |t: f64| {
         let r = radius * (1.0 + wave * (3.0 * t).sin());
         centre + DVec2::from_angle(turn).rotate(DVec2::new(r * t.cos(), r * stretch * t.sin()))
     };
-    let fine: Vec<DVec2> = (0..720)
-        .map(|k| shape(TAU * f64::from(k) / 720.0))
-        .collect();
-    let perimeter: f64 = (0..720)
-        .map(|k| fine[k].distance(fine[(k + 1) % 720]))
-        .sum();
+    let fine: Vec<DVec2> = (0..720).map(|k| shape(TAU * f64::from(k) / 720.0)).collect();
+    let perimeter: f64 = (0..720).map(|k| fine[k].distance(fine[(k + 1) % 720])).sum();
     let count = ((perimeter / (0.7 + 0.6 * random.next())) as usize).max(6);
     let mut curve = Vec::new();
     let mut walked = 0.0;
@@ -476,8 +317,7 @@ fn random_region(seed: u64) -> Option<TriangleMesh> {
     let near = |p: DVec2| fine.iter().any(|q| q.distance(p) < distance);
     let mut cells = BTreeSet::new();
     for (x, y) in (-16..16).flat_map(|x| (-16..16).map(move |y| (x, y))) {
-        let corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
-            .map(|(i, j)| DVec2::new(f64::from(x + i), f64::from(y + j)));
+        let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| DVec2::new(f64::from(x + i), f64::from(y + j)));
         let takes = if outside {
             corners.iter().any(|&p| inside(p) || near(p))
         } else {
@@ -501,10 +341,7 @@ fn random_region(seed: u64) -> Option<TriangleMesh> {
 
 #[test]
 fn random_regions_become_patches() {
-    let cases = std::env::var("QUADLOOM_CASES")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(60);
+    let cases = std::env::var("QUADLOOM_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(60);
     let (mut tried, mut failed, mut patches, mut seconds, mut flattened) = (0, 0, 0, 0.0, 0);
     for seed in 0..cases {
         let Some(mesh) = random_region(seed) else {
@@ -528,8 +365,6 @@ fn random_regions_become_patches() {
             }
         }
     }
-    eprintln!(
-        "{tried} regions, {failed} failed, {patches} patches, {flattened} corners flattened, {seconds:.1} s"
-    );
+    eprintln!("{tried} regions, {failed} failed, {patches} patches, {flattened} corners flattened, {seconds:.1} s");
     assert!(failed * 20 <= tried, "{failed} of {tried} failed");
 }

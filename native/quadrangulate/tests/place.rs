@@ -114,7 +114,11 @@ fn random_polygons_get_upright_quads() {
     let least = |v: &[f64]| v.iter().copied().fold(1.0, f64::min);
     println!(
         "scaled Jacobian: least {:.2} on average, {:.2} at worst; mean {:.2}; pulled back only {:.2}, {:.2}",
-        average(&worsts), least(&worsts), average(&means), average(&plain_worsts), least(&plain_worsts)
+        average(&worsts),
+        least(&worsts),
+        average(&means),
+        average(&plain_worsts),
+        least(&plain_worsts)
     );
     assert!(average(&worsts) > average(&plain_worsts) && average(&means) > 0.88);
 }
@@ -149,7 +153,10 @@ fn wrong_inputs_say_why() {
     assert!(matches!(run(&backwards, &sheet.corners, &[2; 4], &sheet.triangles), Err(PlaceError::NotADisk { .. })));
     let holed = &sheet.triangles[1..];
     assert!(matches!(run(&sheet.border, &sheet.corners, &[2; 4], holed), Err(PlaceError::NotADisk { .. })));
-    assert!(matches!(run(&sheet.border, &[0, 4, 3, 6], &[2; 4], &sheet.triangles), Err(PlaceError::Corner { corner: 1 })));
+    assert!(matches!(
+        run(&sheet.border, &[0, 4, 3, 6], &[2; 4], &sheet.triangles),
+        Err(PlaceError::Corner { corner: 1 })
+    ));
     assert!(matches!(run(&sheet.border, &sheet.corners, &[4; 4], &sheet.triangles), Err(PlaceError::Count { .. })));
     let stopped = Monitor::new();
     stopped.cancel();

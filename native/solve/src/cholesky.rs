@@ -49,7 +49,11 @@ impl Factor {
                 return Err(SolveError::OutOfRange { what: "matrix row", index: row, count: size });
             }
             if column > row {
-                return Err(SolveError::BadNumber { what: "column", index, expected: "at most its row: give the lower triangle" });
+                return Err(SolveError::BadNumber {
+                    what: "column",
+                    index,
+                    expected: "at most its row: give the lower triangle",
+                });
             }
             if !value.is_finite() {
                 return Err(SolveError::BadNumber { what: "matrix value", index, expected: "finite" });
@@ -58,14 +62,17 @@ impl Factor {
                 diagonal[row] += value;
             }
         }
-        let indefinite = || SolveError::NotPositiveDefinite { size, row: diagonal.iter().position(|&value| value <= 0.0) };
+        let indefinite =
+            || SolveError::NotPositiveDefinite { size, row: diagonal.iter().position(|&value| value <= 0.0) };
         if diagonal.iter().any(|&value| value <= 0.0) {
             return Err(indefinite());
         }
         let failed = |message: String| SolveError::Solver { solver: "faer", message };
         let entries: Vec<_> = triplets.iter().map(|&(row, column, value)| Triplet::new(row, column, value)).collect();
-        let matrix = SparseColMat::try_new_from_triplets(size, size, &entries).map_err(|error| failed(error.to_string()))?;
-        let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).map_err(|error| failed(error.to_string()))?;
+        let matrix =
+            SparseColMat::try_new_from_triplets(size, size, &entries).map_err(|error| failed(error.to_string()))?;
+        let symbolic =
+            SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).map_err(|error| failed(error.to_string()))?;
         match Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower) {
             Ok(factor) => Ok(Self { size, factor }),
             Err(LltError::Numeric(_)) => Err(indefinite()),
@@ -196,7 +203,10 @@ mod tests {
             Factor::new(2, &[(0, 0, 1.0), (1, 0, 2.0), (1, 1, 1.0)]).unwrap_err(),
             SolveError::NotPositiveDefinite { size: 2, row: None }
         );
-        assert_eq!(Factor::new(3, &[(0, 0, 1.0), (2, 2, 1.0)]).unwrap_err(), SolveError::NotPositiveDefinite { size: 3, row: Some(1) });
+        assert_eq!(
+            Factor::new(3, &[(0, 0, 1.0), (2, 2, 1.0)]).unwrap_err(),
+            SolveError::NotPositiveDefinite { size: 3, row: Some(1) }
+        );
         assert!(matches!(Factor::new(1, &[(0, 0, f64::NAN)]), Err(SolveError::BadNumber { index: 0, .. })));
         assert!(matches!(Factor::new(1, &[(1, 0, 1.0)]), Err(SolveError::OutOfRange { index: 1, .. })));
         assert!(matches!(Factor::new(2, &[(0, 1, 1.0)]), Err(SolveError::BadNumber { .. })));

@@ -33,7 +33,11 @@ pub struct Eigenpair {
 /// # Errors
 /// [`SolveError::BadNumber`] for a mass that is not positive, [`SolveError::OutOfRange`] for an empty problem, and those
 /// of [`Factor::new`].
-pub fn smallest_eigenvector(lower: &[(usize, usize, f64)], mass: &[f64], iterations: u32) -> Result<Eigenpair, SolveError> {
+pub fn smallest_eigenvector(
+    lower: &[(usize, usize, f64)],
+    mass: &[f64],
+    iterations: u32,
+) -> Result<Eigenpair, SolveError> {
     let size = mass.len();
     if size == 0 {
         return Err(SolveError::OutOfRange { what: "eigenvector", index: 0, count: 0 });

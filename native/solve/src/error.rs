@@ -44,7 +44,9 @@ pub enum SolveError {
         rows: usize,
     },
     /// A limit struck before any solution was known.
-    #[error("no solution of the integer programme was found within {nodes} nodes and {seconds} s: raise the limit, or give a first solution")]
+    #[error(
+        "no solution of the integer programme was found within {nodes} nodes and {seconds} s: raise the limit, or give a first solution"
+    )]
     LimitWithoutSolution {
         /// The node limit.
         nodes: u32,

@@ -1,8 +1,8 @@
 //! Integer programmes with convex separable costs, linear rows and parity rows.
 //!
-//! `HiGHS`, the solver behind this, has no mixed-integer quadratic programming. A convex cost f of an integer expression e
-//! is therefore written in unit steps: e = low + s_0 + s_1 + ... with 0 <= s_k <= 1 at cost f(low + k + 1) - f(low + k). These
-//! slopes never fall, so a minimum fills the steps in order and the steps need not be integer: the rewriting is exact.
+//! `HiGHS`, the solver behind this, has no mixed-integer quadratic programming. A convex cost f of an integer expression
+//! is therefore written in unit steps: the expression is `low` and a sum of steps between 0 and 1, step k (from 0) at
+//! cost f(low + k + 1) - f(low + k). These slopes never fall, so a minimum fills the steps in order and the steps need not be integer: the rewriting is exact.
 //! Steps of equal slope share a column, which makes an absolute value two columns. Only a window of values gets steps;
 //! beyond its ends the cost goes on with the slope of the next step, which is a lower bound. An optimum inside all
 //! windows is then the optimum; one outside widens the windows it leaves and the programme is solved again.
@@ -73,7 +73,7 @@ pub type Term = (Variable, i32);
 /// A convex cost of a linear expression.
 struct Cost<'a> {
     terms: Vec<Term>,
-    cost: Box<dyn Fn(i64) -> f64 + 'a>,
+    function: Box<dyn Fn(i64) -> f64 + 'a>,
     window: RangeInclusive<i64>,
 }
 
@@ -129,7 +129,7 @@ impl<'a> Programme<'a> {
     /// the bounds allow. `window` is a guess of the values that matter: a few around the expected optimum. A bad guess
     /// costs time, not correctness.
     pub fn convex_cost(&mut self, terms: &[Term], cost: impl Fn(i64) -> f64 + 'a, window: RangeInclusive<i64>) {
-        self.costs.push(Cost { terms: merge(terms), cost: Box::new(cost), window });
+        self.costs.push(Cost { terms: merge(terms), function: Box::new(cost), window });
     }
 
     /// Demands that the expression lies in `range`: `3..=3` for an equality, `2..` and `..=5` for inequalities.
@@ -154,13 +154,17 @@ impl<'a> Programme<'a> {
 
     /// The cost of an assignment, by the cost functions themselves.
     pub fn cost(&self, values: &[i64]) -> f64 {
-        self.costs.iter().map(|cost| (cost.cost)(evaluate(&cost.terms, values))).sum()
+        self.costs.iter().map(|cost| (cost.function)(evaluate(&cost.terms, values))).sum()
     }
 
     /// True when an assignment has the right length and satisfies the bounds and all rows.
     pub fn is_feasible(&self, values: &[i64]) -> bool {
         values.len() == self.bounds.len()
-            && self.bounds.iter().zip(values).all(|(range, &v)| i64::from(*range.start()) <= v && v <= i64::from(*range.end()))
+            && self
+                .bounds
+                .iter()
+                .zip(values)
+                .all(|(range, &v)| i64::from(*range.start()) <= v && v <= i64::from(*range.end()))
             && self.rows.iter().all(|row| (row.lower..=row.upper).contains(&evaluate(&row.terms, values)))
             && self.even.iter().all(|terms| evaluate(terms, values) % 2 == 0)
     }
@@ -168,13 +172,19 @@ impl<'a> Programme<'a> {
     /// Minimises. The result is never worse than `start`, a feasible assignment to begin from; with one, a limit never
     /// costs a result.
     ///
-    /// Cost: exponential in the worst case; 0.01 to 1 s for 150 variables with quadratic costs and parity rows.
+    /// Cost: exponential in the worst case; 0.01 to 5 s for 150 variables with quadratic costs and parity rows. The root
+    /// of the search is not bounded by the node limit and can take most of this.
     ///
     /// # Errors
     /// [`SolveError::Infeasible`]; [`SolveError::LimitWithoutSolution`]; [`SolveError::Cancelled`] within 50 ms of
     /// `cancelled` returning true; [`SolveError::OutOfRange`] for a variable of another programme;
     /// [`SolveError::BadNumber`] for a cost that is not convex or finite, empty bounds, or a start that breaks a row.
-    pub fn solve(&self, options: &Options, start: Option<&[i64]>, cancelled: CancelCheck<'_>) -> Result<Solution, SolveError> {
+    pub fn solve(
+        &self,
+        options: &Options,
+        start: Option<&[i64]>,
+        cancelled: CancelCheck<'_>,
+    ) -> Result<Solution, SolveError> {
         self.check()?;
         if start.is_some_and(|values| !self.is_feasible(values)) {
             return Err(SolveError::BadNumber { what: "start", index: 0, expected: "feasible" });
@@ -182,7 +192,9 @@ impl<'a> Programme<'a> {
         let mut best: Option<Vec<i64>> = start.map(<[i64]>::to_vec);
         let ranges: Vec<_> = self.costs.iter().map(|cost| self.range(&cost.terms)).collect();
         let mut windows: Vec<(i64, i64)> = (self.costs.iter().zip(&ranges))
-            .map(|(cost, &(low, high))| (*cost.window.start().clamp(&low, &high), *cost.window.end().clamp(&low, &high)))
+            .map(|(cost, &(low, high))| {
+                (*cost.window.start().clamp(&low, &high), *cost.window.end().clamp(&low, &high))
+            })
             .map(|(low, high)| (low, high.max(low)))
             .collect();
         loop {
@@ -205,8 +217,13 @@ impl<'a> Programme<'a> {
             }
             return match best {
                 Some(values) => Ok(Solution { cost: self.cost(&values), values, stop: found.stop }),
-                None if found.stop == Stop::Optimal => Err(SolveError::Infeasible { rows: self.rows.len() + self.even.len() }),
-                None => Err(SolveError::LimitWithoutSolution { nodes: options.max_nodes, seconds: options.time_limit.as_secs() }),
+                None if found.stop == Stop::Optimal => {
+                    Err(SolveError::Infeasible { rows: self.rows.len() + self.even.len() })
+                }
+                None => Err(SolveError::LimitWithoutSolution {
+                    nodes: options.max_nodes,
+                    seconds: options.time_limit.as_secs(),
+                }),
             };
         }
     }
@@ -216,9 +233,12 @@ impl<'a> Programme<'a> {
         if let Some(index) = self.bounds.iter().position(RangeInclusive::is_empty) {
             return Err(SolveError::BadNumber { what: "bounds", index, expected: "a range that is not empty" });
         }
-        let lists = self.costs.iter().map(|cost| &cost.terms).chain(self.rows.iter().map(|row| &row.terms)).chain(&self.even);
+        let lists =
+            self.costs.iter().map(|cost| &cost.terms).chain(self.rows.iter().map(|row| &row.terms)).chain(&self.even);
         match lists.flatten().find(|term| term.0.0 >= self.bounds.len()) {
-            Some(&(Variable(index), _)) => Err(SolveError::OutOfRange { what: "variable", index, count: self.bounds.len() }),
+            Some(&(Variable(index), _)) => {
+                Err(SolveError::OutOfRange { what: "variable", index, count: self.bounds.len() })
+            }
             None => Ok(()),
         }
     }
@@ -226,7 +246,8 @@ impl<'a> Programme<'a> {
     /// Smallest and greatest value that the bounds allow an expression.
     fn range(&self, terms: &[Term]) -> (i64, i64) {
         terms.iter().fold((0, 0), |(low, high), &(Variable(index), factor)| {
-            let ends = [*self.bounds[index].start(), *self.bounds[index].end()].map(|end| i64::from(end) * i64::from(factor));
+            let ends =
+                [*self.bounds[index].start(), *self.bounds[index].end()].map(|end| i64::from(end) * i64::from(factor));
             (low + ends[0].min(ends[1]), high + ends[0].max(ends[1]))
         })
     }
@@ -249,8 +270,10 @@ impl<'a> Programme<'a> {
     /// The mixed-integer linear programme for the given windows.
     fn model(&self, windows: &[(i64, i64)], ranges: &[(i64, i64)]) -> Result<Model, SolveError> {
         let mut problem = RowProblem::new();
-        let columns: Vec<Col> = self.bounds.iter().map(|range| problem.add_integer_column(0.0, range.clone())).collect();
-        let factors = |terms: &[Term]| terms.iter().map(|&(v, factor)| (columns[v.0], f64::from(factor))).collect::<Vec<_>>();
+        let columns: Vec<Col> =
+            self.bounds.iter().map(|range| problem.add_integer_column(0.0, range.clone())).collect();
+        let factors =
+            |terms: &[Term]| terms.iter().map(|&(v, factor)| (columns[v.0], f64::from(factor))).collect::<Vec<_>>();
         for row in &self.rows {
             let lower = if row.lower == i64::MIN { f64::NEG_INFINITY } else { row.lower as f64 };
             let upper = if row.upper == i64::MAX { f64::INFINITY } else { row.upper as f64 };
@@ -268,9 +291,12 @@ impl<'a> Programme<'a> {
         let mut constant = 0.0;
         for (index, cost) in self.costs.iter().enumerate() {
             let ((low, high), (least, most)) = (windows[index], ranges[index]);
-            let slopes = slopes(&*cost.cost, (low, high), (least, most))
-                .ok_or(SolveError::BadNumber { what: "cost", index, expected: "convex and finite" })?;
-            constant += (cost.cost)(low);
+            let slopes = slopes(&*cost.function, (low, high), (least, most)).ok_or(SolveError::BadNumber {
+                what: "cost",
+                index,
+                expected: "convex and finite",
+            })?;
+            constant += (cost.function)(low);
             let mut row = factors(&cost.terms);
             for &(slope, length) in &slopes.above {
                 row.push((problem.add_column(slope, 0.0..=length as f64), -1.0));
@@ -355,21 +381,33 @@ struct Found {
 
 /// Solves on a thread of its own: the safe interface of `HiGHS` has no interrupt, and its scheduler is kept for each
 /// thread, so that a fresh thread also is what makes "one thread" hold whatever else uses `HiGHS`.
-fn run_highs(problem: RowProblem, start: Option<Vec<f64>>, options: &Options, cancelled: CancelCheck<'_>) -> Result<Found, SolveError> {
+fn run_highs(
+    problem: RowProblem,
+    start: Option<Vec<f64>>,
+    options: &Options,
+    cancelled: CancelCheck<'_>,
+) -> Result<Found, SolveError> {
     let options = options.clone();
     let outcome = worker::run("HiGHS", cancelled, move || {
         let text = |what: &'static str| move |_| what.to_string();
-        let mut model = problem.try_optimise(Sense::Minimise).map_err(|status| format!("it refused the model: {status:?}"))?;
+        let mut model =
+            problem.try_optimise(Sense::Minimise).map_err(|status| format!("it refused the model: {status:?}"))?;
         model.make_quiet();
         let refused = text("it refused an option");
         model.try_set_option("threads", 1).map_err(&refused)?;
         model.try_set_option("parallel", "off").map_err(&refused)?;
         model.try_set_option("random_seed", 1).map_err(&refused)?;
+        // Restarts at the root, which no node limit counts, took up to 40% of the time and found nothing better.
+        model.try_set_option("mip_allow_restart", false).map_err(&refused)?;
         model.try_set_option("mip_rel_gap", options.relative_gap).map_err(&refused)?;
-        model.try_set_option("mip_max_nodes", i32::try_from(options.max_nodes).unwrap_or(i32::MAX)).map_err(&refused)?;
+        model
+            .try_set_option("mip_max_nodes", i32::try_from(options.max_nodes).unwrap_or(i32::MAX))
+            .map_err(&refused)?;
         model.try_set_option("time_limit", options.time_limit.as_secs_f64()).map_err(&refused)?;
         if let Some(columns) = start {
-            model.try_set_solution(Some(&columns), None, None, None).map_err(|status| format!("it refused the start: {status:?}"))?;
+            model
+                .try_set_solution(Some(&columns), None, None, None)
+                .map_err(|status| format!("it refused the start: {status:?}"))?;
         }
         let solved = model.try_solve().map_err(|status| format!("it gave up: {status:?}"))?;
         let feasible = solved.primal_solution_status() == HighsSolutionStatus::Feasible;
@@ -380,7 +418,9 @@ fn run_highs(problem: RowProblem, start: Option<Vec<f64>>, options: &Options, ca
     let (status, columns) = outcome.map_err(failed)?;
     let stop = match status {
         HighsModelStatus::Optimal if columns.is_some() => Stop::Optimal,
-        HighsModelStatus::Infeasible | HighsModelStatus::UnboundedOrInfeasible => return Ok(Found { columns: None, stop: Stop::Optimal }),
+        HighsModelStatus::Infeasible | HighsModelStatus::UnboundedOrInfeasible => {
+            return Ok(Found { columns: None, stop: Stop::Optimal });
+        }
         HighsModelStatus::ReachedSolutionLimit | HighsModelStatus::ReachedIterationLimit => Stop::Nodes,
         HighsModelStatus::ReachedTimeLimit => Stop::Time,
         other => return Err(failed(format!("it ended with status {other:?}"))),
@@ -473,7 +513,11 @@ mod tests {
     fn hard(programme: &mut Programme<'_>, count: usize) -> Vec<i64> {
         let variables: Vec<_> = (0..count).map(|_| programme.variable(0..=1)).collect();
         for k in 0..6 {
-            let terms: Vec<Term> = variables.iter().enumerate().map(|(i, &v)| (v, ((i * i * 7919 + i * k * 104_729 + k) % 97) as i32)).collect();
+            let terms: Vec<Term> = variables
+                .iter()
+                .enumerate()
+                .map(|(i, &v)| (v, ((i * i * 7919 + i * k * 104_729 + k) % 97) as i32))
+                .collect();
             let target = (97 * count / 4) as f64 + 0.3;
             programme.convex_cost(&terms, move |v| (v as f64 - target).abs(), 0..=1);
         }

@@ -23,25 +23,40 @@ pub fn weight_spread_limit(vertices: usize) -> i32 {
 /// # Errors
 /// [`SolveError::OutOfRange`] for an edge to no vertex, [`SolveError::BadNumber`] for a loop or for weights whose spread
 /// exceeds [`weight_spread_limit`], [`SolveError::Cancelled`].
-pub fn maximum_matching(count: usize, edges: &[(u32, u32, i32)], cancelled: CancelCheck<'_>) -> Result<Vec<Option<u32>>, SolveError> {
+pub fn maximum_matching(
+    count: usize,
+    edges: &[(u32, u32, i32)],
+    cancelled: CancelCheck<'_>,
+) -> Result<Vec<Option<u32>>, SolveError> {
     for (index, &(a, b, _)) in edges.iter().enumerate() {
         let largest = a.max(b) as usize;
         if largest >= count {
             return Err(SolveError::OutOfRange { what: "vertex", index: largest, count });
         }
         if a == b {
-            return Err(SolveError::BadNumber { what: "second end", index, expected: "another vertex than the first: no loops" });
+            return Err(SolveError::BadNumber {
+                what: "second end",
+                index,
+                expected: "another vertex than the first: no loops",
+            });
         }
     }
     let components = split(count, edges);
     for component in &components {
         let limit = i64::from(weight_spread_limit(component.vertices.len()));
         let smallest = component.edges.iter().map(|&index| edges[index].2).min().unwrap_or(0);
-        if let Some(&index) = component.edges.iter().find(|&&index| i64::from(edges[index].2) - i64::from(smallest) > limit) {
-            return Err(SolveError::BadNumber { what: "weight", index, expected: "within weight_spread_limit of the smallest: scale the weights down" });
+        if let Some(&index) =
+            component.edges.iter().find(|&&index| i64::from(edges[index].2) - i64::from(smallest) > limit)
+        {
+            return Err(SolveError::BadNumber {
+                what: "weight",
+                index,
+                expected: "within weight_spread_limit of the smallest: scale the weights down",
+            });
         }
     }
-    let jobs: Vec<_> = components.iter().filter(|component| !component.edges.is_empty()).map(|c| c.local_edges(edges)).collect();
+    let jobs: Vec<_> =
+        components.iter().filter(|component| !component.edges.is_empty()).map(|c| c.local_edges(edges)).collect();
     if jobs.is_empty() {
         return Ok(vec![None; count]);
     }
@@ -61,10 +76,18 @@ pub fn maximum_matching(count: usize, edges: &[(u32, u32, i32)], cancelled: Canc
 ///
 /// # Errors
 /// [`SolveError::Unmatched`] when no perfect matching exists, and those of [`maximum_matching`].
-pub fn perfect_matching(count: usize, edges: &[(u32, u32, i32)], cancelled: CancelCheck<'_>) -> Result<Vec<u32>, SolveError> {
+pub fn perfect_matching(
+    count: usize,
+    edges: &[(u32, u32, i32)],
+    cancelled: CancelCheck<'_>,
+) -> Result<Vec<u32>, SolveError> {
     let partners = maximum_matching(count, edges, cancelled)?;
     let vertices: Vec<u32> = (0..count as u32).filter(|&vertex| partners[vertex as usize].is_none()).collect();
-    if vertices.is_empty() { Ok(partners.into_iter().flatten().collect()) } else { Err(SolveError::Unmatched { vertices }) }
+    if vertices.is_empty() {
+        Ok(partners.into_iter().flatten().collect())
+    } else {
+        Err(SolveError::Unmatched { vertices })
+    }
 }
 
 /// A connected component: its vertices, ascending, and the indices of its edges.
@@ -79,7 +102,12 @@ impl Component {
     fn local_edges(&self, edges: &[(u32, u32, i32)]) -> Vec<(usize, usize, i32)> {
         let local = |vertex: u32| self.vertices.partition_point(|&other| other < vertex);
         let smallest = self.edges.iter().map(|&index| edges[index].2).min().unwrap_or(0);
-        let mut list: Vec<_> = self.edges.iter().map(|&index| edges[index]).map(|(a, b, w)| (local(a.min(b)), local(a.max(b)), w - smallest)).collect();
+        let mut list: Vec<_> = self
+            .edges
+            .iter()
+            .map(|&index| edges[index])
+            .map(|(a, b, w)| (local(a.min(b)), local(a.max(b)), w - smallest))
+            .collect();
         list.sort_unstable_by_key(|&(a, b, weight)| (a, b, std::cmp::Reverse(weight)));
         list.dedup_by_key(|&mut (a, b, _)| (a, b));
         list
@@ -95,7 +123,8 @@ fn split(count: usize, edges: &[(u32, u32, i32)]) -> Vec<Component> {
             component_of[vertex as usize] = index;
         }
     }
-    let mut components: Vec<Component> = vertices.into_iter().map(|vertices| Component { vertices, edges: Vec::new() }).collect();
+    let mut components: Vec<Component> =
+        vertices.into_iter().map(|vertices| Component { vertices, edges: Vec::new() }).collect();
     for (index, &(a, _, _)) in edges.iter().enumerate() {
         components[component_of[a as usize]].edges.push(index);
     }
@@ -175,7 +204,10 @@ mod tests {
 
     #[test]
     fn bad_edges_are_named() {
-        assert_eq!(maximum_matching(2, &[(0, 2, 1)], &never), Err(SolveError::OutOfRange { what: "vertex", index: 2, count: 2 }));
+        assert_eq!(
+            maximum_matching(2, &[(0, 2, 1)], &never),
+            Err(SolveError::OutOfRange { what: "vertex", index: 2, count: 2 })
+        );
         assert!(matches!(maximum_matching(2, &[(1, 1, 1)], &never), Err(SolveError::BadNumber { index: 0, .. })));
         assert_eq!(maximum_matching(2, &[(0, 1, 1)], &|| true), Err(SolveError::Cancelled));
         assert_eq!(perfect_matching(3, &[(0, 2, 1)], &never), Err(SolveError::Unmatched { vertices: vec![1] }));

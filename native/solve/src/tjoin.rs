@@ -20,7 +20,12 @@ use crate::{CancelCheck, SolveError};
 /// # Errors
 /// [`SolveError::OddComponent`] when a component has an odd number of terminals; [`SolveError::OutOfRange`] and
 /// [`SolveError::BadNumber`] for bad edges or terminals; [`SolveError::Cancelled`].
-pub fn t_join(count: usize, edges: &[(u32, u32, f64)], terminals: &[u32], cancelled: CancelCheck<'_>) -> Result<Vec<usize>, SolveError> {
+pub fn t_join(
+    count: usize,
+    edges: &[(u32, u32, f64)],
+    terminals: &[u32],
+    cancelled: CancelCheck<'_>,
+) -> Result<Vec<usize>, SolveError> {
     let graph = Graph::new(count, edges)?;
     let mut is_terminal = vec![false; count];
     for (index, &terminal) in terminals.iter().enumerate() {
@@ -66,7 +71,8 @@ fn pair(graph: &Graph<'_>, terminals: &[u32], cancelled: CancelCheck<'_>) -> Res
     }
     let farthest = distances.iter().map(|entry| entry.2).fold(0.0, f64::max);
     let scale = if farthest > 0.0 { f64::from(weight_spread_limit(terminals.len())) / farthest } else { 0.0 };
-    let weighted: Vec<_> = distances.iter().map(|&(i, j, distance)| (i, j, -(distance * scale).round() as i32)).collect();
+    let weighted: Vec<_> =
+        distances.iter().map(|&(i, j, distance)| (i, j, -(distance * scale).round() as i32)).collect();
     let partners = perfect_matching(terminals.len(), &weighted, cancelled)?;
     let pairs = partners.iter().enumerate().filter(|&(i, &j)| i < j as usize);
     Ok(pairs.map(|(i, &j)| (terminals[i], terminals[j as usize])).collect())
@@ -178,6 +184,9 @@ mod tests {
         assert!(matches!(t_join(2, &[(0, 1, f64::NAN)], &[], &never), Err(SolveError::BadNumber { .. })));
         assert!(matches!(t_join(2, &[(0, 1, 1.0)], &[0, 0], &never), Err(SolveError::BadNumber { index: 1, .. })));
         assert!(matches!(t_join(2, &[(0, 1, 1.0)], &[7], &never), Err(SolveError::OutOfRange { index: 7, .. })));
-        assert_eq!(t_join(3, &[(0, 1, 1.0)], &[2], &never), Err(SolveError::OddComponent { vertices: vec![2], terminals: vec![2] }));
+        assert_eq!(
+            t_join(3, &[(0, 1, 1.0)], &[2], &never),
+            Err(SolveError::OddComponent { vertices: vec![2], terminals: vec![2] })
+        );
     }
 }

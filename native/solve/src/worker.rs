@@ -44,7 +44,10 @@ pub(crate) fn run<T: Send + 'static>(
             Err(RecvTimeoutError::Disconnected) => {
                 let panic = thread.join().err();
                 let text = panic.as_ref().and_then(|payload| {
-                    payload.downcast_ref::<String>().cloned().or_else(|| payload.downcast_ref::<&str>().map(ToString::to_string))
+                    payload
+                        .downcast_ref::<String>()
+                        .cloned()
+                        .or_else(|| payload.downcast_ref::<&str>().map(ToString::to_string))
                 });
                 return Err(failed(text.unwrap_or_else(|| "it panicked".into())));
             }
@@ -68,7 +71,9 @@ mod tests {
     fn cancel_does_not_wait_for_the_job() {
         let start = Instant::now();
         let cancelled = || start.elapsed() > Duration::from_millis(60);
-        let result = run("test", &cancelled, || std::thread::sleep(Duration::from_secs(5)));
+        let result = run("test", &cancelled, || {
+            std::thread::sleep(Duration::from_secs(5));
+        });
         assert_eq!(result, Err(SolveError::Cancelled));
         assert!(start.elapsed() < Duration::from_secs(1));
     }

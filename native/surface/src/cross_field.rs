@@ -40,9 +40,7 @@ pub enum CrossFieldError {
         triangle: u32,
     },
     /// A feature names two vertices that no triangle edge joins.
-    #[error(
-        "feature {feature} is not an edge of the mesh; give pairs of vertices joined by an edge"
-    )]
+    #[error("feature {feature} is not an edge of the mesh; give pairs of vertices joined by an edge")]
     NoSuchEdge {
         /// Index into the features.
         feature: usize,
@@ -88,9 +86,7 @@ pub fn cross_field(
         let aim = target[h as usize / 3].get_or_insert(DVec2::ZERO);
         *aim += a.distance(b) * DVec2::from_angle(4.0 * edge_angle[h as usize]);
     };
-    (0..topology.len() as u32)
-        .filter(|&h| topology.is_border(h))
-        .for_each(&mut follow);
+    (0..topology.len() as u32).filter(|&h| topology.is_border(h)).for_each(&mut follow);
     for (feature, &[a, b]) in features.iter().enumerate() {
         let inside = |v: u32| (v as usize) < mesh.positions.len();
         let found = (inside(a) && inside(b)).then(|| [topology.find(a, b), topology.find(b, a)]);
@@ -99,11 +95,7 @@ pub fn cross_field(
             return Err(CrossFieldError::NoSuchEdge { feature });
         }
         // A border edge follows itself already.
-        sides
-            .into_iter()
-            .flatten()
-            .filter(|&h| !topology.is_border(h))
-            .for_each(&mut follow);
+        sides.into_iter().flatten().filter(|&h| !topology.is_border(h)).for_each(&mut follow);
     }
 
     let mut free = 0;
@@ -139,12 +131,7 @@ pub fn cross_field(
         .map(|v| (v, turning(mesh, topology, &edge_angle, &face_angle, v)))
         .filter(|&(_, index)| index != 0)
         .collect();
-    Ok(CrossField {
-        face_directions,
-        vertex_directions,
-        vertex_normals,
-        singularities,
-    })
+    Ok(CrossField { face_directions, vertex_directions, vertex_normals, singularities })
 }
 
 /// Length that "negligible" is measured against: the first triangle's longest side stands for all.
@@ -176,10 +163,7 @@ fn edge_angles(mesh: &TriangleMesh) -> Result<Vec<f64>, CrossFieldError> {
 
 /// Every component must hold a fixed face, or its block of the matrix has no unique solution.
 fn check_components(topology: &Topology, crosses: &[Cross]) -> Result<(), CrossFieldError> {
-    let mut reached: Vec<bool> = crosses
-        .iter()
-        .map(|cross| matches!(cross, Cross::Fixed(_)))
-        .collect();
+    let mut reached: Vec<bool> = crosses.iter().map(|cross| matches!(cross, Cross::Fixed(_))).collect();
     let mut stack: Vec<usize> = (0..crosses.len()).filter(|&f| reached[f]).collect();
     while let Some(f) = stack.pop() {
         for h in 3 * f..3 * f + 3 {
@@ -196,7 +180,7 @@ fn check_components(topology: &Topology, crosses: &[Cross]) -> Result<(), CrossF
     }
 }
 
-/// Minimises sum over edges of w |z_f - r z_g|^2, r the turn from g's frame to f's raised to the fourth power.
+/// Minimises the sum over edges of `w |z_f - r z_g|^2`, `r` the turn from g's frame to f's raised to the fourth power.
 fn solve_crosses(
     mesh: &TriangleMesh,
     topology: &Topology,
@@ -211,10 +195,8 @@ fn solve_crosses(
         let twin = topology.twin[h as usize];
         let (f, g) = (h as usize / 3, twin as usize / 3);
         // Weight of the dual edge for linear elements on an equilateral mesh: |e|^2 over a third of both areas.
-        let length = mesh.positions[topology.from(h) as usize]
-            .distance(mesh.positions[topology.to(h) as usize]);
-        let weight =
-            6.0 * length * length / (mesh.area_normal(f).length() + mesh.area_normal(g).length());
+        let length = mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize]);
+        let weight = 6.0 * length * length / (mesh.area_normal(f).length() + mesh.area_normal(g).length());
         // The twin runs the other way; half a turn vanishes in the fourth power.
         let turn = DVec2::from_angle(4.0 * (edge_angle[h as usize] - edge_angle[twin as usize]));
         for (cross, other, turn) in [(f, g, turn), (g, f, DVec2::new(turn.x, -turn.y))] {
@@ -248,9 +230,7 @@ fn solve_crosses(
         .map(|&cross| match cross {
             Cross::Fixed(value) => value,
             // A cross that vanishes is a singularity inside the face: any direction is as good as another there.
-            Cross::Free(i) => DVec2::new(right[2 * i], right[2 * i + 1])
-                .try_normalize()
-                .unwrap_or(DVec2::X),
+            Cross::Free(i) => DVec2::new(right[2 * i], right[2 * i + 1]).try_normalize().unwrap_or(DVec2::X),
         })
         .collect())
 }
@@ -263,13 +243,13 @@ fn smoothest(free: usize, triplets: &mut Vec<(usize, usize, f64)>) -> Result<Vec
     triplets.extend((0..2 * free).map(|i| (i, i, shift)));
     let factor = Factor::new(2 * free, triplets)?;
     // Any start that is not orthogonal to the answer will do; this one has no symmetry a mesh could share.
-    let mut x: Vec<f64> = (0..2 * free)
-        .map(|i| (1.0 + (i as f64 * 0.618_033_988_75).fract()).sin() - 0.3)
-        .collect();
+    let mut x: Vec<f64> = (0..2 * free).map(|i| (1.0 + (i as f64 * 0.618_033_988_75).fract()).sin() - 0.3).collect();
     for _ in 0..60 {
         factor.solve(&mut x)?;
         let norm = x.iter().map(|value| value * value).sum::<f64>().sqrt();
-        x.iter_mut().for_each(|value| *value /= norm);
+        for value in &mut x {
+            *value /= norm;
+        }
     }
     Ok(x)
 }
@@ -287,7 +267,9 @@ fn vertex_crosses(mesh: &TriangleMesh, face_directions: &[DVec3]) -> (Vec<DVec3>
             normals[triangle[k] as usize] += corner_angle(f, k) * mesh.area_normal(f).normalize();
         }
     }
-    normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+    for normal in &mut normals {
+        *normal = normal.normalize_or_zero();
+    }
     let mut powers = vec![DVec2::ZERO; mesh.positions.len()];
     for (f, triangle) in mesh.triangles.iter().enumerate() {
         let face_normal = mesh.area_normal(f).normalize();
@@ -296,8 +278,7 @@ fn vertex_crosses(mesh: &TriangleMesh, face_directions: &[DVec3]) -> (Vec<DVec3>
             if normal == DVec3::ZERO {
                 continue;
             }
-            let direction =
-                glam::DQuat::from_rotation_arc(face_normal, normal) * face_directions[f];
+            let direction = glam::DQuat::from_rotation_arc(face_normal, normal) * face_directions[f];
             let (x, y) = normal.any_orthonormal_pair();
             let angle = direction.dot(y).atan2(direction.dot(x));
             powers[triangle[k] as usize] += corner_angle(f, k) * DVec2::from_angle(4.0 * angle);
@@ -320,20 +301,13 @@ fn vertex_crosses(mesh: &TriangleMesh, face_directions: &[DVec3]) -> (Vec<DVec3>
 
 /// Index of the field at an interior vertex in quarter turns: how far the cross turns against a direction carried round
 /// the vertex, plus the angle the surface itself lacks there.
-fn turning(
-    mesh: &TriangleMesh,
-    topology: &Topology,
-    edge_angle: &[f64],
-    face_angle: &[f64],
-    v: u32,
-) -> i32 {
+fn turning(mesh: &TriangleMesh, topology: &Topology, edge_angle: &[f64], face_angle: &[f64], v: u32) -> i32 {
     let mut turned = 0.0;
     let mut angles = 0.0;
     for h in topology.around(v) {
         let before = topology.prev[h as usize];
         let twin = topology.twin[before as usize];
-        let [at, to, back] =
-            [v, topology.to(h), topology.from(before)].map(|u| mesh.positions[u as usize]);
+        let [at, to, back] = [v, topology.to(h), topology.from(before)].map(|u| mesh.positions[u as usize]);
         angles += (to - at).angle_between(back - at);
         // Cross relative to the shared edge on either side of it.
         let here = face_angle[h as usize / 3] - edge_angle[before as usize];

@@ -14,9 +14,7 @@ fn deviation(cross: DVec3, normal: DVec3, direction: DVec3) -> f64 {
 }
 
 fn square() -> Vec<DVec2> {
-    [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)]
-        .map(DVec2::from)
-        .to_vec()
+    [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)].map(DVec2::from).to_vec()
 }
 
 #[test]
@@ -37,26 +35,18 @@ fn field_of_a_regular_annulus_is_radial() {
     let at = |r: u32, k: u32| r * around + k % around;
     let mut mesh = TriangleMesh::default();
     for r in 0..=rings {
-        mesh.positions.extend(
-            circle(DVec2::ZERO, 1.0 + f64::from(r) * 0.25, around as usize)
-                .iter()
-                .map(|p| p.extend(0.0)),
-        );
+        mesh.positions
+            .extend(circle(DVec2::ZERO, 1.0 + f64::from(r) * 0.25, around as usize).iter().map(|p| p.extend(0.0)));
     }
     for (r, k) in (0..rings).flat_map(|r| (0..around).map(move |k| (r, k))) {
-        mesh.triangles
-            .push([at(r, k), at(r + 1, k), at(r + 1, k + 1)]);
-        mesh.triangles
-            .push([at(r, k), at(r + 1, k + 1), at(r, k + 1)]);
+        mesh.triangles.push([at(r, k), at(r + 1, k), at(r + 1, k + 1)]);
+        mesh.triangles.push([at(r, k), at(r + 1, k + 1), at(r, k + 1)]);
     }
     let field = field_of(&mesh, &[]);
     assert!(field.singularities.is_empty());
     for (p, cross) in mesh.positions.iter().zip(&field.vertex_directions) {
         // Every quad is split the same way, which turns the border's tangent by at most a quarter of the 15 degrees between spokes.
-        assert!(
-            deviation(*cross, DVec3::Z, *p) < 15_f64.to_radians() / 4.0,
-            "{p} {cross}"
-        );
+        assert!(deviation(*cross, DVec3::Z, *p) < 15_f64.to_radians() / 4.0, "{p} {cross}");
     }
 }
 
@@ -67,8 +57,8 @@ fn border_quarters(mesh: &TriangleMesh, topology: &Topology, field: &CrossField,
     let mut previous: Option<u32> = None;
     for h in topology.around(v) {
         let f = h as usize / 3;
-        let [p, q, r] = [v, topology.to(h), topology.from(topology.prev[h as usize])]
-            .map(|u| mesh.positions[u as usize]);
+        let [p, q, r] =
+            [v, topology.to(h), topology.from(topology.prev[h as usize])].map(|u| mesh.positions[u as usize]);
         angle += (q - p).angle_between(r - p);
         if let Some(g) = previous {
             // Rotate the previous face's plane onto this one about the shared edge.
@@ -76,10 +66,7 @@ fn border_quarters(mesh: &TriangleMesh, topology: &Topology, field: &CrossField,
                 mesh.area_normal(g as usize).normalize(),
                 mesh.area_normal(f).normalize(),
             );
-            let (carried, cross) = (
-                rotation * field.face_directions[g as usize],
-                field.face_directions[f],
-            );
+            let (carried, cross) = (rotation * field.face_directions[g as usize], field.face_directions[f]);
             let normal = mesh.area_normal(f).normalize();
             turned += wrap_quarter(carried.cross(cross).dot(normal).atan2(carried.dot(cross)));
         }
@@ -105,13 +92,7 @@ fn indices_sum_to_the_euler_characteristic() {
     let regions = [
         plane_region(&[circle(DVec2::ZERO, 2.0, 40)], dome),
         plane_region(&[subdivided(&l_shape, 0.3)], dome),
-        plane_region(
-            &[subdivided(
-                &[(0., 0.), (5., 1.), (2., 4.)].map(DVec2::from),
-                0.25,
-            )],
-            dome,
-        ),
+        plane_region(&[subdivided(&[(0., 0.), (5., 1.), (2., 4.)].map(DVec2::from), 0.25)], dome),
         plane_region(
             &[
                 circle(DVec2::ZERO, 3.0, 60),
@@ -165,21 +146,12 @@ fn closed_surfaces() -> [TriangleMesh; 2] {
     let (a, b) = (30_u32, 14_u32);
     let mut torus = TriangleMesh::default();
     for (i, j) in (0..a).flat_map(|i| (0..b).map(move |j| (i, j))) {
-        let (u, v) = (
-            2.0 * PI * f64::from(i) / f64::from(a),
-            2.0 * PI * f64::from(j) / f64::from(b),
-        );
+        let (u, v) = (2.0 * PI * f64::from(i) / f64::from(a), 2.0 * PI * f64::from(j) / f64::from(b));
         let r = 3.0 + v.cos();
-        torus
-            .positions
-            .push(DVec3::new(r * u.cos(), r * u.sin(), v.sin()));
+        torus.positions.push(DVec3::new(r * u.cos(), r * u.sin(), v.sin()));
         let at = |i: u32, j: u32| (i % a) * b + j % b;
-        torus
-            .triangles
-            .push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
-        torus
-            .triangles
-            .push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        torus.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+        torus.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
     }
     [sphere, torus]
 }
@@ -196,23 +168,15 @@ fn closed_surfaces_obey_poincare_hopf() {
 fn features_are_followed_on_both_sides() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 40)], |p| p.extend(0.0));
     let topology = Topology::of_triangles(&mesh);
-    let h = topology.edges().find(|&h| {
-        [topology.from(h), topology.to(h)]
-            .iter()
-            .all(|&v| mesh.positions[v as usize].length() < 1.0)
-    });
+    let h = topology
+        .edges()
+        .find(|&h| [topology.from(h), topology.to(h)].iter().all(|&v| mesh.positions[v as usize].length() < 1.0));
     let h = h.expect("an interior edge");
     let edge = [topology.to(h), topology.from(h)];
     let field = field_of(&mesh, &[edge]);
     let direction = mesh.positions[edge[1] as usize] - mesh.positions[edge[0] as usize];
     for side in [h, topology.twin[h as usize]] {
-        assert!(
-            deviation(
-                field.face_directions[side as usize / 3],
-                DVec3::Z,
-                direction
-            ) < 1e-9
-        );
+        assert!(deviation(field.face_directions[side as usize / 3], DVec3::Z, direction) < 1e-9);
     }
 }
 
@@ -225,17 +189,11 @@ fn bad_input_is_named() {
     let mut thin = mesh.clone();
     thin.triangles.push([0, 0, 1]);
     let error = cross_field(&thin, &Topology::of_triangles(&thin), &[]).unwrap_err();
-    assert_eq!(
-        error,
-        CrossFieldError::Degenerate {
-            triangle: mesh.triangles.len() as u32
-        }
-    );
+    assert_eq!(error, CrossFieldError::Degenerate { triangle: mesh.triangles.len() as u32 });
     let mut both = closed_surfaces()[0].clone();
     let offset = both.positions.len() as u32;
     both.positions.extend(&mesh.positions);
-    both.triangles
-        .extend(mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
+    both.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
     let error = cross_field(&both, &Topology::of_triangles(&both), &[]).unwrap_err();
     assert_eq!(error, CrossFieldError::Unconstrained { triangle: 0 });
 }

@@ -36,9 +36,7 @@ pub enum ParametrizeError {
         triangle: u32,
     },
     /// The border positions do not name each border vertex once.
-    #[error(
-        "vertex {vertex} is not on the border or is named twice; give each of the {expected} border vertices once"
-    )]
+    #[error("vertex {vertex} is not on the border or is named twice; give each of the {expected} border vertices once")]
     Border {
         /// The first vertex that breaks the rule, or a border vertex left out.
         vertex: u32,
@@ -92,32 +90,13 @@ impl Flat {
     /// Takes a flat position for each vertex of the triangles.
     pub fn new(uv: Vec<DVec2>, triangles: Vec<[u32; 3]>) -> Self {
         let used = || triangles.iter().flatten().map(|&v| uv[v as usize]);
-        let (low, high) = used().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| {
-            (l.min(p), h.max(p))
-        });
-        let extent = if triangles.is_empty() {
-            DVec2::ONE
-        } else {
-            (high - low).max(DVec2::splat(f64::MIN_POSITIVE))
-        };
+        let (low, high) = used().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        let extent = if triangles.is_empty() { DVec2::ONE } else { (high - low).max(DVec2::splat(f64::MIN_POSITIVE)) };
         // About one cell a triangle, however long and thin the map is.
-        let cell = (extent.x * extent.y / triangles.len().max(1) as f64)
-            .sqrt()
-            .max(extent.max_element() / 1000.0);
-        let (columns, rows) = (
-            (extent.x / cell) as usize + 1,
-            (extent.y / cell) as usize + 1,
-        );
-        let mut flat = Self {
-            uv,
-            triangles,
-            low,
-            cell,
-            columns,
-            rows,
-            first: vec![0; columns * rows + 1],
-            entries: vec![],
-        };
+        let cell = (extent.x * extent.y / triangles.len().max(1) as f64).sqrt().max(extent.max_element() / 1000.0);
+        let (columns, rows) = ((extent.x / cell) as usize + 1, (extent.y / cell) as usize + 1);
+        let mut flat =
+            Self { uv, triangles, low, cell, columns, rows, first: vec![0; columns * rows + 1], entries: vec![] };
         let mut pairs = Vec::new();
         for t in 0..flat.triangles.len() {
             let [a, b, c] = flat.corners(t);
@@ -144,10 +123,7 @@ impl Flat {
     fn cell_of(&self, p: DVec2) -> [usize; 2] {
         let q = (p - self.low) / self.cell;
         // Casting clamps negative values to zero.
-        [
-            (q.x as usize).min(self.columns - 1),
-            (q.y as usize).min(self.rows - 1),
-        ]
+        [(q.x as usize).min(self.columns - 1), (q.y as usize).min(self.rows - 1)]
     }
 
     /// Triangles that are upside down or flat in the plane, ascending. Empty for a one-to-one map with a convex border.
@@ -177,18 +153,10 @@ impl Flat {
                         continue;
                     }
                     let cell = r * self.columns + c;
-                    for &t in
-                        &self.entries[self.first[cell] as usize..self.first[cell + 1] as usize]
-                    {
+                    for &t in &self.entries[self.first[cell] as usize..self.first[cell + 1] as usize] {
                         let (distance, weights) = nearest(self.corners(t as usize), p);
                         if best.is_none_or(|(least, _)| distance < least) {
-                            best = Some((
-                                distance,
-                                Location {
-                                    triangle: t,
-                                    weights,
-                                },
-                            ));
+                            best = Some((distance, Location { triangle: t, weights }));
                         }
                     }
                 }
@@ -202,11 +170,7 @@ impl Flat {
 fn nearest(corners: [DVec2; 3], p: DVec2) -> (f64, DVec3) {
     let [a, b, c] = corners;
     let area = (b - a).perp_dot(c - a);
-    let weights = DVec3::new(
-        (b - p).perp_dot(c - p),
-        (c - p).perp_dot(a - p),
-        (a - p).perp_dot(b - p),
-    ) / area;
+    let weights = DVec3::new((b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)) / area;
     if area.abs() > 0.0 && weights.min_element() >= 0.0 {
         return (0.0, weights);
     }
@@ -214,8 +178,7 @@ fn nearest(corners: [DVec2; 3], p: DVec2) -> (f64, DVec3) {
     for k in 0..3 {
         let (from, to) = (corners[k], corners[(k + 1) % 3]);
         let along = to - from;
-        let t =
-            ((p - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let t = ((p - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         let distance = p.distance(from.lerp(to, t));
         if distance < best.0 {
             let mut weights = DVec3::ZERO;
@@ -233,9 +196,7 @@ pub fn on_regular_polygon(mesh: &TriangleMesh, sides: &[Vec<u32>]) -> Vec<(u32, 
     let corner = |k: usize| DVec2::from_angle(TAU * (k % sides.len()) as f64 / sides.len() as f64);
     let mut border = Vec::new();
     for (k, side) in sides.iter().enumerate() {
-        let steps = side
-            .windows(2)
-            .map(|w| mesh.positions[w[0] as usize].distance(mesh.positions[w[1] as usize]));
+        let steps = side.windows(2).map(|w| mesh.positions[w[0] as usize].distance(mesh.positions[w[1] as usize]));
         let lengths: Vec<f64> = steps.collect();
         let total: f64 = lengths.iter().sum();
         let mut walked = 0.0;
@@ -256,23 +217,17 @@ pub fn on_regular_polygon(mesh: &TriangleMesh, sides: &[Vec<u32>]) -> Vec<(u32, 
 /// [`ParametrizeError`]: all but `Pins`.
 pub fn mean_value(mesh: &TriangleMesh, border: &[(u32, DVec2)]) -> Result<Flat, ParametrizeError> {
     let topology = check_disk(mesh)?;
-    let on_border: Vec<bool> = (0..mesh.positions.len() as u32)
-        .map(|v| topology.is_border_vertex(v))
-        .collect();
+    let on_border: Vec<bool> = (0..mesh.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect();
     let expected = on_border.iter().filter(|&&b| b).count();
     let mut uv: Vec<Option<DVec2>> = vec![None; mesh.positions.len()];
     for &(vertex, position) in border {
-        if !on_border.get(vertex as usize).copied().unwrap_or(false)
-            || uv[vertex as usize].replace(position).is_some()
+        if !on_border.get(vertex as usize).copied().unwrap_or(false) || uv[vertex as usize].replace(position).is_some()
         {
             return Err(ParametrizeError::Border { vertex, expected });
         }
     }
     if let Some(left_out) = (0..uv.len()).find(|&v| on_border[v] && uv[v].is_none()) {
-        return Err(ParametrizeError::Border {
-            vertex: left_out as u32,
-            expected,
-        });
+        return Err(ParametrizeError::Border { vertex: left_out as u32, expected });
     }
     // One row an inner vertex: its position less the weighted mean of its neighbours is zero.
     let mut unknown = vec![None; uv.len()];
@@ -310,14 +265,9 @@ pub fn mean_value(mesh: &TriangleMesh, border: &[(u32, DVec2)]) -> Result<Flat, 
     }
     let solution = system.solve()?;
     let place = |(v, known): (usize, &Option<DVec2>)| {
-        known
-            .or(unknown[v].map(|i| DVec2::new(solution[0][i], solution[1][i])))
-            .unwrap_or(DVec2::ZERO)
+        known.or(unknown[v].map(|i| DVec2::new(solution[0][i], solution[1][i]))).unwrap_or(DVec2::ZERO)
     };
-    Ok(Flat::new(
-        uv.iter().enumerate().map(place).collect(),
-        mesh.triangles.clone(),
-    ))
+    Ok(Flat::new(uv.iter().enumerate().map(place).collect(), mesh.triangles.clone()))
 }
 
 fn inner_index(unknown: &[Option<usize>], v: u32) -> usize {
@@ -335,10 +285,7 @@ pub fn lscm(mesh: &TriangleMesh, pins: &[(u32, DVec2)]) -> Result<Flat, Parametr
     let topology = check_disk(mesh)?;
     let mut uv: Vec<Option<DVec2>> = vec![None; mesh.positions.len()];
     for (pin, &(v, position)) in pins.iter().enumerate() {
-        let used = topology
-            .outgoing
-            .get(v as usize)
-            .is_some_and(|&h| h != mesh::NONE);
+        let used = topology.outgoing.get(v as usize).is_some_and(|&h| h != mesh::NONE);
         if !used || uv[v as usize].replace(position).is_some() {
             return Err(ParametrizeError::Pins { pin });
         }
@@ -346,9 +293,7 @@ pub fn lscm(mesh: &TriangleMesh, pins: &[(u32, DVec2)]) -> Result<Flat, Parametr
     if pins.len() < 2 {
         return Err(ParametrizeError::Pins { pin: pins.len() });
     }
-    let free: Vec<usize> = (0..uv.len())
-        .filter(|&v| uv[v].is_none() && topology.outgoing[v] != mesh::NONE)
-        .collect();
+    let free: Vec<usize> = (0..uv.len()).filter(|&v| uv[v].is_none() && topology.outgoing[v] != mesh::NONE).collect();
     let mut unknown = vec![None; uv.len()];
     for (i, &v) in free.iter().enumerate() {
         unknown[v] = Some(2 * i);
@@ -380,14 +325,9 @@ pub fn lscm(mesh: &TriangleMesh, pins: &[(u32, DVec2)]) -> Result<Flat, Parametr
     }
     let [solution, _] = system.solve()?;
     let place = |(v, known): (usize, &Option<DVec2>)| {
-        known
-            .or(unknown[v].map(|i| DVec2::new(solution[i], solution[i + 1])))
-            .unwrap_or(DVec2::ZERO)
+        known.or(unknown[v].map(|i| DVec2::new(solution[i], solution[i + 1]))).unwrap_or(DVec2::ZERO)
     };
-    Ok(Flat::new(
-        uv.iter().enumerate().map(place).collect(),
-        mesh.triangles.clone(),
-    ))
+    Ok(Flat::new(uv.iter().enumerate().map(place).collect(), mesh.triangles.clone()))
 }
 
 /// Sparse linear least squares with two right-hand sides, by normal equations.
@@ -398,19 +338,12 @@ struct LeastSquares {
 
 impl LeastSquares {
     fn new(size: usize) -> Self {
-        Self {
-            triplets: Vec::new(),
-            right: [vec![0.0; size], vec![0.0; size]],
-        }
+        Self { triplets: Vec::new(), right: [vec![0.0; size], vec![0.0; size]] }
     }
 
     fn add(&mut self, row: &[(usize, f64)], value: [f64; 2]) {
         for &(i, a) in row {
-            self.triplets.extend(
-                row.iter()
-                    .filter(|&&(j, _)| j <= i)
-                    .map(|&(j, b)| (i, j, a * b)),
-            );
+            self.triplets.extend(row.iter().filter(|&&(j, _)| j <= i).map(|&(j, b)| (i, j, a * b)));
             for (right, value) in self.right.iter_mut().zip(value) {
                 right[i] += a * value;
             }
@@ -431,18 +364,11 @@ impl LeastSquares {
 
 fn check_disk(mesh: &TriangleMesh) -> Result<Topology, ParametrizeError> {
     let topology = Topology::of_triangles(mesh);
-    let used = topology
-        .outgoing
-        .iter()
-        .filter(|&&h| h != mesh::NONE)
-        .count() as i64;
+    let used = topology.outgoing.iter().filter(|&&h| h != mesh::NONE).count() as i64;
     let euler_characteristic = used - topology.edges().count() as i64 + mesh.triangles.len() as i64;
     let loops = topology.border_loops().len();
     if loops != 1 || euler_characteristic != 1 {
-        return Err(ParametrizeError::NotDisk {
-            loops,
-            euler_characteristic,
-        });
+        return Err(ParametrizeError::NotDisk { loops, euler_characteristic });
     }
     match (0..mesh.triangles.len()).find(|&t| mesh.area_normal(t) == DVec3::ZERO) {
         Some(t) => Err(ParametrizeError::Degenerate { triangle: t as u32 }),

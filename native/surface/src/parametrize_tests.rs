@@ -12,18 +12,9 @@ fn hill(p: DVec2) -> DVec3 {
 /// A disk on a polygon with `n` sides, border vertices in order from 0.
 fn polygon_sides(mesh: &TriangleMesh, n: usize) -> Vec<Vec<u32>> {
     let topology = Topology::of_triangles(mesh);
-    let border: Vec<u32> = topology.border_loops()[0]
-        .iter()
-        .map(|&h| topology.from(h))
-        .collect();
+    let border: Vec<u32> = topology.border_loops()[0].iter().map(|&h| topology.from(h)).collect();
     let cut = |k: usize| border.len() * k / n;
-    (0..n)
-        .map(|k| {
-            (cut(k)..=cut(k + 1))
-                .map(|i| border[i % border.len()])
-                .collect()
-        })
-        .collect()
+    (0..n).map(|k| (cut(k)..=cut(k + 1)).map(|i| border[i % border.len()]).collect()).collect()
 }
 
 #[test]
@@ -36,11 +27,7 @@ fn both_maps_reproduce_a_plane_disk() {
         .map(|v| (v as u32, flat(v)))
         .collect();
     let pins = [border[0], border[border.len() / 2]];
-    for map in [
-        mean_value(&mesh, &border),
-        lscm(&mesh, &pins),
-        lscm(&mesh, &border),
-    ] {
+    for map in [mean_value(&mesh, &border), lscm(&mesh, &pins), lscm(&mesh, &border)] {
         let map = map.expect("a map");
         assert!(map.flipped().is_empty());
         for v in 0..mesh.positions.len() {
@@ -78,16 +65,13 @@ fn lscm_keeps_the_angles_of_a_cone() {
     for r in 1..=rings {
         for k in 0..=n {
             let angle = 1.5 * f64::from(k) / f64::from(n);
-            mesh.positions
-                .push(f64::from(r) * DVec3::new(angle.cos(), angle.sin(), 0.7));
+            mesh.positions.push(f64::from(r) * DVec3::new(angle.cos(), angle.sin(), 0.7));
         }
     }
     for (r, k) in (0..rings - 1).flat_map(|r| (0..n).map(move |k| (r, k))) {
         let at = |r: u32, k: u32| r * (n + 1) + k;
-        mesh.triangles
-            .push([at(r, k), at(r + 1, k), at(r + 1, k + 1)]);
-        mesh.triangles
-            .push([at(r, k), at(r + 1, k + 1), at(r, k + 1)]);
+        mesh.triangles.push([at(r, k), at(r + 1, k), at(r + 1, k + 1)]);
+        mesh.triangles.push([at(r, k), at(r + 1, k + 1), at(r, k + 1)]);
     }
     let map = lscm(&mesh, &[(0, DVec2::ZERO), (n, DVec2::X)]).expect("a map");
     assert!(map.flipped().is_empty());
@@ -104,23 +88,16 @@ fn lscm_keeps_the_angles_of_a_cone() {
 #[test]
 fn located_points_lie_under_the_query() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 1.0, 40)], hill);
-    let map =
-        mean_value(&mesh, &on_regular_polygon(&mesh, &polygon_sides(&mesh, 5))).expect("a map");
+    let map = mean_value(&mesh, &on_regular_polygon(&mesh, &polygon_sides(&mesh, 5))).expect("a map");
     let over = |l: Location| -> DVec2 {
-        (0..3)
-            .map(|k| map.uv[mesh.triangles[l.triangle as usize][k] as usize] * l.weights[k])
-            .sum()
+        (0..3).map(|k| map.uv[mesh.triangles[l.triangle as usize][k] as usize] * l.weights[k]).sum()
     };
     for k in 0..2000 {
         let p = DVec2::from_angle(f64::from(k) * 2.4) * (f64::from(k) / 2000.0).sqrt() * 1.3;
         let found = map.locate(p).expect("a place");
-        assert!(
-            (found.weights.element_sum() - 1.0).abs() < 1e-9 && found.weights.min_element() >= 0.0
-        );
+        assert!((found.weights.element_sum() - 1.0).abs() < 1e-9 && found.weights.min_element() >= 0.0);
         // Brute force: the distance to the nearest of all triangles.
-        let nearest = (0..mesh.triangles.len())
-            .map(|t| nearest(map.corners(t), p).0)
-            .fold(f64::INFINITY, f64::min);
+        let nearest = (0..mesh.triangles.len()).map(|t| nearest(map.corners(t), p).0).fold(f64::INFINITY, f64::min);
         assert!((over(found).distance(p) - nearest).abs() < 1e-12);
         if p.length() < 0.8 {
             assert!(nearest == 0.0);
@@ -131,43 +108,16 @@ fn located_points_lie_under_the_query() {
 
 #[test]
 fn bad_input_is_named() {
-    let ring = plane_region(
-        &[circle(DVec2::ZERO, 2.0, 30), circle(DVec2::ZERO, 1.0, 15)],
-        hill,
-    );
+    let ring = plane_region(&[circle(DVec2::ZERO, 2.0, 30), circle(DVec2::ZERO, 1.0, 15)], hill);
     let error = lscm(&ring, &[]).unwrap_err();
-    assert_eq!(
-        error,
-        ParametrizeError::NotDisk {
-            loops: 2,
-            euler_characteristic: 0
-        }
-    );
+    assert_eq!(error, ParametrizeError::NotDisk { loops: 2, euler_characteristic: 0 });
     let disk = plane_region(&[circle(DVec2::ZERO, 1.0, 20)], hill);
-    assert_eq!(
-        lscm(&disk, &[(0, DVec2::X)]).unwrap_err(),
-        ParametrizeError::Pins { pin: 1 }
-    );
-    assert_eq!(
-        lscm(&disk, &[(0, DVec2::X), (0, DVec2::Y)]).unwrap_err(),
-        ParametrizeError::Pins { pin: 1 }
-    );
-    assert_eq!(
-        lscm(&disk, &[(9999, DVec2::X)]).unwrap_err(),
-        ParametrizeError::Pins { pin: 0 }
-    );
+    assert_eq!(lscm(&disk, &[(0, DVec2::X)]).unwrap_err(), ParametrizeError::Pins { pin: 1 });
+    assert_eq!(lscm(&disk, &[(0, DVec2::X), (0, DVec2::Y)]).unwrap_err(), ParametrizeError::Pins { pin: 1 });
+    assert_eq!(lscm(&disk, &[(9999, DVec2::X)]).unwrap_err(), ParametrizeError::Pins { pin: 0 });
     assert_eq!(
         mean_value(&disk, &[(25, DVec2::X)]).unwrap_err(),
-        ParametrizeError::Border {
-            vertex: 25,
-            expected: 20
-        }
+        ParametrizeError::Border { vertex: 25, expected: 20 }
     );
-    assert_eq!(
-        mean_value(&disk, &[(0, DVec2::X)]).unwrap_err(),
-        ParametrizeError::Border {
-            vertex: 1,
-            expected: 20
-        }
-    );
+    assert_eq!(mean_value(&disk, &[(0, DVec2::X)]).unwrap_err(), ParametrizeError::Border { vertex: 1, expected: 20 });
 }

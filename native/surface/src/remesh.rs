@@ -1,299 +1,312 @@
-//! Isotropic remeshing of a patch with its border and given lines fixed (`QuadMixer`, section 3.2.1, first step; after
-//! M. Botsch, L. Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004): long edges are split, short ones
-//! collapsed, edges flipped towards even triangles, free vertices relaxed in the surface.
+//! Isotropic remeshing of a surface patch with fixed edges: `QuadMixer` (Nuvoli et al. 2019), section 3.2.1, first step.
 //!
-//! The input comes from an exact boolean and is full of slivers: a triangle is judged against the normal of the surface
-//! under its centre, never against its own former normal.
+//! The loop is that of Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", 2004, section 4: split long
+//! edges, collapse short ones, flip, relax in the tangent plane, project back. Deviations:
+//! - The paper keeps the triangles at the border; here border and fixed *edges* are kept, so that the slivers which the
+//!   boolean leaves beside them can go.
+//! - The surface is cut along the fixed edges first, and each piece is remeshed on its own, projected to its own triangles
+//!   only: at the intersection curve two surfaces meet, and a vertex must not jump from one to the other.
+//! - No edge between two fixed vertices is ever made (a *chord*); with [`RemeshOptions::split_chords`] those of the input are
+//!   split. So the pieces can be sewn together again without an edge appearing twice, and every triangle has a free corner.
 
-use crate::closest::ClosestPoint;
-use crate::editable::{Editable, sorted};
-use glam::DVec3;
-use mesh::{Cancelled, Monitor, TriangleMesh};
-use std::f64::consts::PI;
+mod passes;
+mod piece;
 
-/// Edges longer than this times their target are split.
-const LONG: f64 = 4.0 / 3.0;
-
-/// Edges shorter than this times their target are collapsed.
-const SHORT: f64 = 4.0 / 5.0;
-
-/// Cosine of the angle that a triangle may make with the surface under it.
-const UPRIGHT: f64 = 0.5;
+use crate::editable::{Editable, fans};
+use mesh::{Cancelled, DVec3, Monitor, NONE, Topology, TriangleMesh};
+use piece::Piece;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// How to remesh.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RemeshOptions {
-    /// Rounds of split, collapse, flip and relax.
-    pub rounds: usize,
-    /// Afterwards splits every inner edge that joins two fixed vertices, so that triangles can be paired into quads.
+    /// Rounds of split, collapse, flip and relax. Default 6; from 0 (only chords are split) to some 20.
+    pub iterations: u32,
+    /// Split every inner edge, not itself fixed, that joins two border or fixed vertices. Default true.
     pub split_chords: bool,
+    /// Largest angle between a triangle and the surface below it, radians. Default 60 degrees; below 90.
+    pub normal_limit: f64,
 }
 
 impl Default for RemeshOptions {
     fn default() -> Self {
-        Self { rounds: 6, split_chords: false }
+        Self {
+            iterations: 6,
+            split_chords: true,
+            normal_limit: 60_f64.to_radians(),
+        }
     }
 }
 
 /// A remeshed patch.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Remeshed {
-    /// The new mesh.
+    /// The new triangles. The border and fixed vertices come first, in the order of the input, bit for bit in place.
     pub mesh: TriangleMesh,
-    /// New vertex of each input vertex, [`mesh::NONE`] when it went. Fixed vertices never go.
+    /// Where each input vertex went: the output vertex for border and fixed ones, [`NONE`] for all others.
     pub vertex: Vec<u32>,
-    /// An input triangle near each new triangle.
+    /// For each output triangle an input triangle near its centroid, on the same side of the fixed edges.
     pub source: Vec<u32>,
 }
 
-/// Remeshes towards edges of length `size` (one target a vertex, scene units). Border edges and `lines` stay as they are.
+/// Why a patch cannot be remeshed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum RemeshError {
+    /// One size a vertex is needed.
+    #[error("{given} target sizes for {vertices} vertices; give one for each")]
+    SizeCount {
+        /// Sizes given.
+        given: usize,
+        /// Vertices there are.
+        vertices: usize,
+    },
+    /// A target edge length must be a positive number.
+    #[error("the target edge length at vertex {vertex} is not a positive number")]
+    BadSize {
+        /// The vertex.
+        vertex: u32,
+    },
+    /// A triangle names a vertex that does not exist, or one twice.
+    #[error("triangle {triangle} does not have three vertices of the mesh; remove it")]
+    BadTriangle {
+        /// The triangle.
+        triangle: u32,
+    },
+    /// A position is infinite or not a number.
+    #[error("the position of vertex {vertex} is not finite")]
+    NotFinite {
+        /// The vertex.
+        vertex: u32,
+    },
+    /// A fixed edge is not an edge of the mesh.
+    #[error("fixed edge {edge} is not an edge of the mesh")]
+    NoSuchEdge {
+        /// Index into the list of fixed edges.
+        edge: usize,
+    },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Remeshes a patch towards the edge length `size`, given at each input vertex in scene units and interpolated between.
 ///
-/// Keeps the topology. Costs O(n log n) for n triangles before and after.
+/// Border edges (those without a single partner) and `fixed_edges` (vertex pairs) are never split, collapsed or flipped,
+/// and their vertices never move; all other vertices may go. The result has the Euler characteristic of the input and is
+/// as manifold. An operation that would turn a triangle away from the surface or make a needle is refused, unless what it
+/// replaces is worse. Pieces between fixed edges are remeshed in parallel, with the same result on any number of threads.
+///
+/// Costs O(n log n) an iteration, for n the larger of input and output.
 ///
 /// # Errors
-/// [`Cancelled`].
+/// [`RemeshError`] for unusable input, and when cancelled.
 pub fn remesh(
     surface: &TriangleMesh,
-    lines: &[[u32; 2]],
+    fixed_edges: &[[u32; 2]],
     size: &[f64],
     options: &RemeshOptions,
     monitor: &Monitor,
-) -> Result<Remeshed, Cancelled> {
-    let mut work = Work::new(surface, lines, size);
-    for round in 0..options.rounds {
-        monitor.check()?;
-        work.split_long();
-        work.collapse_short();
-        monitor.check()?;
-        work.flip(round > 0);
-        work.relax();
-    }
-    if options.split_chords {
-        work.split_chords();
-        for _ in 0..3 {
-            work.relax();
-        }
-    }
-    let done = work.mesh.finish();
-    Ok(Remeshed { mesh: done.mesh, vertex: done.vertex, source: done.source })
-}
-
-struct Work<'a> {
-    mesh: Editable,
-    size: Vec<f64>,
-    fixed: Vec<bool>,
-    surface: &'a TriangleMesh,
-    under: ClosestPoint,
-}
-
-impl<'a> Work<'a> {
-    fn new(surface: &'a TriangleMesh, lines: &[[u32; 2]], size: &[f64]) -> Self {
-        let mut mesh = Editable::new(surface, lines.iter().copied());
-        let mut fixed = vec![false; size.len()];
-        for [a, b] in mesh.edges() {
-            // Border edges are lines too: nothing may split, collapse or flip them.
-            if mesh.on_edge(a, b).nth(1).is_none() {
-                mesh.lines.insert([a, b]);
+) -> Result<Remeshed, RemeshError> {
+    check_input(surface, size)?;
+    let twin = cut_twins(surface, fixed_edges)?;
+    let (corners, vertex_of) = fans(&surface.triangles, &twin);
+    let is_fixed = fixed_fans(&corners, &twin, &vertex_of, surface.positions.len());
+    let pieces = components(surface.triangles.len(), &twin);
+    let mut scratch = vec![NONE; vertex_of.len()];
+    let mut place = vec![NONE; surface.triangles.len()];
+    let pieces: Vec<Piece> = pieces
+        .iter()
+        .map(|triangles| {
+            for (local, &t) in triangles.iter().enumerate() {
+                place[t as usize] = local as u32;
             }
-        }
-        for v in mesh.lines.iter().flatten() {
-            fixed[*v as usize] = true;
-        }
-        Self { mesh, size: size.to_vec(), fixed, surface, under: ClosestPoint::new(surface) }
-    }
-
-    fn is_line(&self, a: u32, b: u32) -> bool {
-        self.mesh.lines.contains(&sorted(a, b))
-    }
-
-    fn target(&self, a: u32, b: u32) -> f64 {
-        0.5 * (self.size[a as usize] + self.size[b as usize])
-    }
-
-    /// Unit normal of the surface under a point.
-    fn normal(&self, p: DVec3) -> DVec3 {
-        self.surface.area_normal(self.under.project(p).triangle as usize).normalize_or_zero()
-    }
-
-    fn normal_under(&self, t: [u32; 3]) -> DVec3 {
-        self.normal(t.iter().map(|&v| self.mesh.at(v)).sum::<DVec3>() / 3.0)
-    }
-
-    /// How well a triangle stands on the surface: the cosine between its normal and the surface's under its centre.
-    fn upright(&self, t: [u32; 3]) -> f64 {
-        self.mesh.area_normal(t).normalize_or_zero().dot(self.normal_under(t))
-    }
-
-    /// Height over longest edge, 0.87 for an equilateral triangle.
-    fn fatness(&self, t: [u32; 3]) -> f64 {
-        let [a, b, c] = t;
-        let longest = self.mesh.length(a, b).max(self.mesh.length(b, c)).max(self.mesh.length(c, a));
-        if longest > 0.0 { self.mesh.area_normal(t).length() / (longest * longest) } else { 0.0 }
-    }
-
-    fn split_at(&mut self, a: u32, b: u32) -> u32 {
-        let middle = self.mesh.at(a).midpoint(self.mesh.at(b));
-        let point = self.under.project(middle).point;
-        let v = self.mesh.split(a, b, point);
-        self.size.push(self.target(a, b));
-        self.fixed.push(false);
-        v
-    }
-
-    fn split_long(&mut self) {
-        // Halving until nothing is long; the bound only guards against targets near zero.
-        for _ in 0..12 {
-            let mut long: Vec<(f64, [u32; 2])> = self
-                .mesh
-                .edges()
-                .into_iter()
-                .filter(|&[a, b]| !self.is_line(a, b))
-                .map(|[a, b]| (self.mesh.length(a, b) / self.target(a, b), [a, b]))
-                .filter(|&(ratio, _)| ratio > LONG)
+            let mut fan_of = Vec::new();
+            let local_corners: Vec<[u32; 3]> = triangles
+                .iter()
+                .map(|&t| {
+                    corners[t as usize].map(|fan| {
+                        if scratch[fan as usize] == NONE {
+                            scratch[fan as usize] = fan_of.len() as u32;
+                            fan_of.push(fan);
+                        }
+                        scratch[fan as usize]
+                    })
+                })
                 .collect();
-            if long.is_empty() {
-                return;
-            }
-            long.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-            for (_, [a, b]) in long {
-                self.split_at(a, b);
-            }
-        }
-    }
-
-    fn collapse_short(&mut self) {
-        let mut short: Vec<(f64, [u32; 2])> = self
-            .mesh
-            .edges()
-            .into_iter()
-            .map(|[a, b]| (self.mesh.length(a, b) / self.target(a, b), [a, b]))
-            .filter(|&(ratio, _)| ratio < SHORT)
-            .collect();
-        short.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        for (_, [a, b]) in short {
-            // Into the fixed end, if any; else whichever way is allowed.
-            let _ = self.try_collapse(a, b) || self.try_collapse(b, a);
-        }
-    }
-
-    fn try_collapse(&mut self, from: u32, to: u32) -> bool {
-        if self.fixed[from as usize] || !self.mesh.can_collapse(from, to) {
-            return false;
-        }
-        let before = self.mesh.incident[from as usize]
-            .iter()
-            .map(|&t| self.fatness(self.mesh.triangles[t as usize]))
-            .fold(1.0, f64::min);
-        for (_, fresh) in self.mesh.after_collapse(from, to) {
-            let too_long = fresh.iter().any(|&v| {
-                v != to && self.mesh.length(v, to) > LONG * self.target(v, to).max(self.mesh.length(v, from))
-            });
-            let thin = self.fatness(fresh) < before.min(0.1);
-            if too_long || thin || self.upright(fresh) < UPRIGHT {
-                return false;
-            }
-        }
-        self.mesh.collapse(from, to);
-        true
-    }
-
-    /// Number of triangles wanted at a vertex: six inside; at fixed ones what the angle there holds.
-    fn wanted(&self, v: u32) -> f64 {
-        if !self.fixed[v as usize] {
-            return 6.0;
-        }
-        let angle: f64 = self.mesh.incident[v as usize].iter().map(|&t| self.angle(t, v)).sum();
-        (angle / (PI / 3.0)).max(1.0)
-    }
-
-    fn angle(&self, t: u32, v: u32) -> f64 {
-        let corners = self.mesh.triangles[t as usize];
-        let k = corners.iter().position(|&c| c == v).expect("a corner");
-        let [p, q] = [1, 2].map(|i| (self.mesh.at(corners[(k + i) % 3]) - self.mesh.at(v)).normalize_or_zero());
-        p.dot(q).clamp(-1.0, 1.0).acos()
-    }
-
-    /// Flips edges: first towards fat triangles (which undoes slivers), later towards even valences among fat ones.
-    fn flip(&mut self, by_valence: bool) {
-        for _ in 0..4 {
-            let mut flipped = false;
-            for [a, b] in self.mesh.edges() {
-                let Some((sides, fresh)) = self.mesh.after_flip(a, b) else { continue };
-                let old = sides.map(|t| self.mesh.triangles[t as usize]);
-                let [c, d] = [fresh[0][2], fresh[0][1]];
-                // An inner edge between fixed vertices would be a chord.
-                if self.fixed[c as usize] && self.fixed[d as usize] {
-                    continue;
-                }
-                let worst = |t: [[u32; 3]; 2]| self.fatness(t[0]).min(self.fatness(t[1]));
-                let (before, after) = (worst(old), worst(fresh));
-                let better = if by_valence && before > 0.2 && after > 0.35 {
-                    let excess = |v: u32, change: f64| {
-                        (self.mesh.incident[v as usize].len() as f64 + change - self.wanted(v)).powi(2)
-                    };
-                    let now: f64 = [a, b, c, d].iter().map(|&v| excess(v, 0.0)).sum();
-                    let then = excess(a, -1.0) + excess(b, -1.0) + excess(c, 1.0) + excess(d, 1.0);
-                    then < now - 1e-9
-                } else {
-                    after > before + 1e-6
-                };
-                if !better || self.mesh.incident[a as usize].len() <= 3 || self.mesh.incident[b as usize].len() <= 3 {
-                    continue;
-                }
-                let stand = |t: [[u32; 3]; 2]| self.upright(t[0]).min(self.upright(t[1]));
-                let stands = stand(fresh);
-                if stands < UPRIGHT && stands <= stand(old) {
-                    continue;
-                }
-                self.mesh.flip(sides, fresh);
-                flipped = true;
-            }
-            if !flipped {
-                return;
-            }
-        }
-    }
-
-    /// Moves every free vertex towards the area-weighted centre of its neighbours, in the surface.
-    fn relax(&mut self) {
-        for v in 0..self.mesh.positions.len() as u32 {
-            if self.fixed[v as usize] || self.mesh.incident[v as usize].is_empty() {
-                continue;
-            }
-            let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
-            for &t in &self.mesh.incident[v as usize] {
-                let corners = self.mesh.triangles[t as usize];
-                let size: f64 = corners.iter().map(|&c| self.size[c as usize]).sum();
-                let area = self.mesh.area_normal(corners).length() / (size * size).max(1e-300);
-                sum += area * corners.iter().map(|&c| self.mesh.at(c)).sum::<DVec3>() / 3.0;
-                weight += area;
-            }
-            if weight <= 0.0 {
-                continue;
-            }
-            let old = self.mesh.at(v);
-            let worst = |work: &Self| {
-                work.mesh.incident[v as usize]
+            let local_twin = triangles
+                .iter()
+                .flat_map(|&t| (0..3).map(move |k| 3 * t + k))
+                .map(|h| match twin[h as usize] {
+                    NONE => NONE,
+                    g => 3 * place[g as usize / 3] + g % 3,
+                })
+                .collect();
+            let input: Vec<u32> = fan_of.iter().map(|&fan| vertex_of[fan as usize]).collect();
+            let editable = Editable::new(
+                input
                     .iter()
-                    .map(|&t| work.upright(work.mesh.triangles[t as usize]))
-                    .fold(1.0, f64::min)
-            };
-            let before = worst(self);
-            let target = self.under.project(sum / weight).point;
-            self.mesh.positions[v as usize] = target;
-            let after = worst(self);
-            if after < UPRIGHT && after < before {
-                self.mesh.positions[v as usize] = old;
-            }
-        }
-    }
+                    .map(|&v| surface.positions[v as usize])
+                    .collect(),
+                input,
+                &local_corners,
+                local_twin,
+                triangles.clone(),
+                surface.positions.len() as u32,
+            );
+            let fixed = fan_of.iter().map(|&fan| is_fixed[fan as usize]).collect();
+            Piece::new(editable, fixed, surface, size, options)
+        })
+        .collect();
+    let pieces: Result<Vec<Piece>, Cancelled> = pieces
+        .into_par_iter()
+        .map(|mut piece| {
+            piece.remesh(options, monitor)?;
+            Ok(piece)
+        })
+        .collect();
+    Ok(sew(surface, &pieces?))
+}
 
-    /// Splits inner edges between fixed vertices. New vertices are free, so none is left.
-    fn split_chords(&mut self) {
-        for [a, b] in self.mesh.edges() {
-            if self.fixed[a as usize] && self.fixed[b as usize] && !self.is_line(a, b) {
-                self.split_at(a, b);
-            }
-        }
+fn check_input(surface: &TriangleMesh, size: &[f64]) -> Result<(), RemeshError> {
+    let vertices = surface.positions.len();
+    if size.len() != vertices {
+        return Err(RemeshError::SizeCount {
+            given: size.len(),
+            vertices,
+        });
+    }
+    if let Some(vertex) = size.iter().position(|s| !(s.is_finite() && *s > 0.0)) {
+        return Err(RemeshError::BadSize {
+            vertex: vertex as u32,
+        });
+    }
+    if let Some(vertex) = surface.positions.iter().position(|p| !p.is_finite()) {
+        return Err(RemeshError::NotFinite {
+            vertex: vertex as u32,
+        });
+    }
+    let is_bad =
+        |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a || a.max(b).max(c) as usize >= vertices;
+    match surface.triangles.iter().position(is_bad) {
+        Some(triangle) => Err(RemeshError::BadTriangle {
+            triangle: triangle as u32,
+        }),
+        None => Ok(()),
     }
 }
+
+/// The twins of the surface, without those across fixed edges.
+fn cut_twins(surface: &TriangleMesh, fixed_edges: &[[u32; 2]]) -> Result<Vec<u32>, RemeshError> {
+    let topology = Topology::of_triangles(surface);
+    let sorted = |a: u32, b: u32| [a.min(b), a.max(b)];
+    let fixed: BTreeSet<[u32; 2]> = fixed_edges.iter().map(|&[a, b]| sorted(a, b)).collect();
+    let mut found = BTreeSet::new();
+    let mut twin = topology.twin.clone();
+    if !fixed.is_empty() {
+        for h in 0..topology.len() as u32 {
+            let edge = sorted(topology.from(h), topology.to(h));
+            if fixed.contains(&edge) {
+                found.insert(edge);
+                twin[h as usize] = NONE;
+            }
+        }
+    }
+    match fixed_edges
+        .iter()
+        .position(|&[a, b]| !found.contains(&sorted(a, b)))
+    {
+        Some(edge) => Err(RemeshError::NoSuchEdge { edge }),
+        None => Ok(twin),
+    }
+}
+
+/// Fans that must stay: those on a border of the cut surface, and those that share their vertex with another fan.
+fn fixed_fans(corners: &[[u32; 3]], twin: &[u32], vertex_of: &[u32], vertices: usize) -> Vec<bool> {
+    let mut copies = vec![0_u32; vertices];
+    for &v in vertex_of {
+        copies[v as usize] += 1;
+    }
+    let mut fixed: Vec<bool> = vertex_of.iter().map(|&v| copies[v as usize] > 1).collect();
+    for (t, corner) in corners.iter().enumerate() {
+        for k in 0..3 {
+            if twin[3 * t + k] == NONE {
+                fixed[corner[k] as usize] = true;
+                fixed[corner[(k + 1) % 3] as usize] = true;
+            }
+        }
+    }
+    fixed
+}
+
+/// Triangles grouped by what can be reached without crossing a cut, in order of their first triangle.
+fn components(triangles: usize, twin: &[u32]) -> Vec<Vec<u32>> {
+    let mut seen = vec![false; triangles];
+    let mut groups = Vec::new();
+    for start in 0..triangles as u32 {
+        if std::mem::replace(&mut seen[start as usize], true) {
+            continue;
+        }
+        let mut group = vec![start];
+        let mut done = 0;
+        while let Some(&t) = group.get(done) {
+            done += 1;
+            for &g in &twin[3 * t as usize..3 * t as usize + 3] {
+                if g != NONE && !std::mem::replace(&mut seen[g as usize / 3], true) {
+                    group.push(g / 3);
+                }
+            }
+        }
+        group.sort_unstable();
+        groups.push(group);
+    }
+    groups
+}
+
+/// Puts the pieces together again at their fixed vertices.
+fn sew(surface: &TriangleMesh, pieces: &[Piece]) -> Remeshed {
+    let mut vertex = vec![NONE; surface.positions.len()];
+    for piece in pieces {
+        for (_, input) in piece.fixed_vertices() {
+            vertex[input as usize] = 0;
+        }
+    }
+    let mut mesh = TriangleMesh::default();
+    for (v, slot) in vertex.iter_mut().enumerate() {
+        if *slot == 0 {
+            *slot = mesh.positions.len() as u32;
+            mesh.positions.push(surface.positions[v]);
+        }
+    }
+    let mut source = Vec::new();
+    for piece in pieces {
+        let mut output = vec![NONE; piece.mesh.vertex_slots() as usize];
+        for (v, input) in piece.fixed_vertices() {
+            output[v as usize] = vertex[input as usize];
+        }
+        for t in piece.mesh.triangles() {
+            mesh.triangles.push(piece.mesh.corners(t).map(|v| {
+                let slot = &mut output[v as usize];
+                if *slot == NONE {
+                    *slot = mesh.positions.len() as u32;
+                    mesh.positions.push(piece.mesh.positions[v as usize]);
+                }
+                *slot
+            }));
+            source.push(piece.nearest_input(t));
+        }
+    }
+    Remeshed {
+        mesh,
+        vertex,
+        source,
+    }
+}
+
+/// Twice the area times the unit normal.
+fn area_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+#[cfg(test)]
+mod tests;

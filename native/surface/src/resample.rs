@@ -1,48 +1,90 @@
-//! Divides chains of edges anew: afterwards each chain is a path of mesh edges through chosen points of itself.
+//! New vertices along chains of mesh edges: the intersection curve and the creases get the number of edges that the plan of
+//! the quad mesh asks for, before the surface between is remeshed (`QuadMixer`, Nuvoli et al. 2019, section 3.2).
 //!
-//! The chain's edges are split at the new vertices, then every other vertex of the chain is merged into the next one
-//! along the chain. Vertices in the way are removed or pushed aside first.
+//! The paper keeps the vertices of the curve as the boolean left them, and resamples later, in the quad patches. Here the
+//! chain itself is resampled in the triangle mesh: its edges are split at the samples, then all other vertices of the
+//! chain are collapsed along it. Where a collapse would turn a triangle, edges beside the chain are flipped and free
+//! vertices removed first; where an edge stands in the way of the link condition, it is split.
 
-use crate::editable::{Editable, sorted};
-use mesh::{Cancelled, Monitor, TriangleMesh};
+mod removal;
 
-/// A new vertex this near an old one, as a part of the new edge, is that old vertex.
-const SNAP: f64 = 0.12;
+use crate::editable::{Editable, fans};
+use mesh::{Cancelled, Monitor, NONE, Topology, TriangleMesh};
+use removal::Removal;
 
-/// Cosine of the angle through which a merge may turn a triangle.
-const TURN: f64 = 0.3;
-
-/// Rounds of clearing the way and merging before merges ignore the turn of triangles.
-const ROUNDS: usize = 8;
-
-/// A chain to divide.
-#[derive(Debug, Clone)]
+/// A path of mesh edges and where its new vertices lie.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
-    /// Path of vertices along mesh edges; a closed one repeats its first vertex at the end.
+    /// The path; closed when the last vertex is the first.
     pub vertices: Vec<u32>,
-    /// Arc-length parameters in (0, 1) of the new inner vertices, rising. The ends stay.
+    /// Arc length from the start, as a fraction of the whole: strictly rising, between 0 and 1. The first and the last
+    /// vertex of the path stay beside these.
     pub positions: Vec<f64>,
 }
 
-/// The divided mesh.
-#[derive(Debug, Clone)]
+/// A mesh with resampled chains.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Resampled {
-    /// The new mesh.
+    /// The new mesh: input vertices that remain, in their order, then new ones.
     pub mesh: TriangleMesh,
-    /// New vertex of each old one, [`mesh::NONE`] when it went.
-    pub vertex: Vec<u32>,
-    /// Old triangle that each triangle comes from.
+    /// For each triangle an input triangle it came from, on the same side of every chain.
     pub source: Vec<u32>,
-    /// Vertices of each chain in the new mesh.
+    /// The vertices of each chain in the new mesh, from end to end; the first again at the end of closed ones.
     pub chains: Vec<Vec<u32>>,
+    /// Where each input vertex went; [`NONE`] for those that were removed.
+    pub vertex: Vec<u32>,
 }
 
-/// Why the chains cannot be divided.
+/// Why chains cannot be resampled.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ResampleError {
-    /// A vertex of a chain cannot be removed without changing the topology.
-    #[error("chain {chain} cannot be divided as wanted without changing the topology of the surface")]
-    Stuck {
+    /// Two vertices in a row are not joined by an edge.
+    #[error("chain {chain} is not a path of mesh edges: its step {step} is no edge")]
+    NotAPath {
+        /// Index of the chain.
+        chain: usize,
+        /// Index of the first of the two vertices in it.
+        step: usize,
+    },
+    /// Positions must rise strictly between 0 and 1.
+    #[error(
+        "position {position} of chain {chain} does not lie between its neighbours and within (0, 1)"
+    )]
+    BadPosition {
+        /// Index of the chain.
+        chain: usize,
+        /// Index into its positions.
+        position: usize,
+    },
+    /// A closed chain needs three samples to stay a loop.
+    #[error("closed chain {chain} needs at least 2 positions beside its first vertex")]
+    TooFewSamples {
+        /// Index of the chain.
+        chain: usize,
+    },
+    /// Chains may meet at their ends only.
+    #[error(
+        "chain {chain} passes vertex {vertex} again, or another chain does; cut the chains there"
+    )]
+    Crossing {
+        /// Index of the chain.
+        chain: usize,
+        /// The vertex.
+        vertex: u32,
+    },
+    /// A vertex that has to stay lies on the chain but is not among its samples.
+    #[error("vertex {vertex} has to stay, but is no sample of chain {chain}; end a chain there")]
+    Kept {
+        /// Index of the chain.
+        chain: usize,
+        /// The vertex.
+        vertex: u32,
+    },
+    /// No sequence of splits, flips and collapses frees the chain.
+    #[error(
+        "chain {chain} cannot be reduced to its samples without changing the topology; give it more"
+    )]
+    Topology {
         /// Index of the chain.
         chain: usize,
     },
@@ -51,231 +93,182 @@ pub enum ResampleError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Divides the chains. `size` is the edge length wanted at each vertex: inner vertices much closer together than that go,
-/// to clear the way. Border edges stay. Topology is kept. Costs O(n log n).
+/// A sample nearer than this to a vertex of the chain, as a fraction of the chain, is that vertex.
+const SNAP: f64 = 1e-9;
+
+/// Gives each chain exactly its samples as vertices. They lie on the old polyline; between them the chain runs straight and
+/// may cut corners of the old one, and the triangles beside it follow. Border edges off the chains stay as they are, and
+/// the vertices `fixed` neither go nor move. Chains may share their end vertices.
+///
+/// Costs O(n) for the mesh and about O(k) collapses for k chain vertices.
 ///
 /// # Errors
-/// [`ResampleError`].
+/// [`ResampleError`], naming the chain, and when cancelled.
 pub fn resample_chains(
     mesh: &TriangleMesh,
     chains: &[Chain],
-    size: &[f64],
+    fixed: &[u32],
     monitor: &Monitor,
 ) -> Result<Resampled, ResampleError> {
-    let lines = chains.iter().flat_map(|c| c.vertices.windows(2).map(|w| [w[0], w[1]]));
-    let mut work = Work {
-        normals: (0..mesh.triangles.len()).map(|t| mesh.area_normal(t).normalize_or_zero()).collect(),
-        mesh: Editable::new(mesh, lines),
-        role: vec![Role::Free; mesh.positions.len()],
-        size: size.to_vec(),
-        paths: Vec::new(),
-    };
-    for [a, b] in work.mesh.edges() {
-        if work.mesh.on_edge(a, b).nth(1).is_none() {
-            work.role[a as usize] = Role::Fixed;
-            work.role[b as usize] = Role::Fixed;
-        }
+    let topology = Topology::of_triangles(mesh);
+    let (corners, vertex_of) = fans(&mesh.triangles, &topology.twin);
+    let mut copies = vec![Vec::new(); mesh.positions.len()];
+    for (fan, &v) in vertex_of.iter().enumerate() {
+        copies[v as usize].push(fan as u32);
+    }
+    let editable = Editable::new(
+        vertex_of
+            .iter()
+            .map(|&v| mesh.positions[v as usize])
+            .collect(),
+        vertex_of.clone(),
+        &corners,
+        topology.twin,
+        (0..mesh.triangles.len() as u32).collect(),
+        mesh.positions.len() as u32,
+    );
+    let mut removal = Removal::new(editable, copies, mesh, fixed);
+    let mut samples = Vec::with_capacity(chains.len());
+    for (index, chain) in chains.iter().enumerate() {
+        check_positions(index, chain)?;
+        removal.claim(index, &chain.vertices)?;
     }
     for chain in chains {
-        for &v in &chain.vertices[1..chain.vertices.len() - 1] {
-            work.role[v as usize] = Role::Passing;
-        }
-    }
-    for chain in chains {
-        for v in [chain.vertices[0], chain.vertices[chain.vertices.len() - 1]] {
-            work.role[v as usize] = Role::Fixed;
-        }
-    }
-    for chain in chains {
-        let path = work.insert(chain);
-        work.paths.push(path);
-    }
-    for round in 0..=ROUNDS {
         monitor.check()?;
-        work.clear_the_way();
-        work.flip();
-        let left = work.merge_passing(round == ROUNDS);
-        if left == 0 {
-            break;
-        }
+        samples.push(insert_samples(&mut removal, chain));
     }
-    let stuck = |path: &Vec<u32>| path.iter().any(|&v| work.role[v as usize] == Role::Passing);
-    if let Some(chain) = work.paths.iter().position(stuck) {
-        return Err(ResampleError::Stuck { chain });
+    for (index, (path, is_sample)) in samples.iter().enumerate() {
+        removal.thread(index, path, is_sample)?;
     }
-    let paths = work.paths;
-    let done = work.mesh.finish();
-    let chains = paths.into_iter().map(|p| p.into_iter().map(|v| done.vertex[v as usize]).collect()).collect();
-    let vertex = done.vertex[..mesh.positions.len()].to_vec();
-    Ok(Resampled { mesh: done.mesh, vertex, source: done.source, chains })
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Role {
-    /// Inside the surface.
-    Free,
-    /// Border vertex, end of a chain or new vertex of one.
-    Fixed,
-    /// Old vertex of a chain: to be removed.
-    Passing,
-}
-
-struct Work {
-    mesh: Editable,
-    /// Normal of each input triangle.
-    normals: Vec<glam::DVec3>,
-    role: Vec<Role>,
-    size: Vec<f64>,
-    paths: Vec<Vec<u32>>,
-}
-
-impl Work {
-    /// Puts the new vertices of a chain into it and returns its path, old vertices included.
-    fn insert(&mut self, chain: &Chain) -> Vec<u32> {
-        let mut length = vec![0.0];
-        for pair in chain.vertices.windows(2) {
-            length.push(length[length.len() - 1] + self.mesh.length(pair[0], pair[1]));
-        }
-        let total = length[length.len() - 1];
-        let spacing = total / (chain.positions.len() + 1) as f64;
-        let mut path = vec![chain.vertices[0]];
-        let mut next = chain.positions.iter().map(|t| t * total).peekable();
-        for k in 1..chain.vertices.len() {
-            let (mut from, to) = (chain.vertices[k - 1], chain.vertices[k]);
-            let last = k + 1 == chain.vertices.len();
-            while let Some(&s) = next.peek() {
-                if s > length[k] + if last { f64::INFINITY } else { 0.0 } {
-                    break;
-                }
-                // The old vertex before or after, when it is near and not taken.
-                let free = |work: &Self, v: u32| work.role[v as usize] == Role::Passing;
-                if s - length[k - 1] < SNAP * spacing && free(self, chain.vertices[k - 1]) {
-                    self.role[chain.vertices[k - 1] as usize] = Role::Fixed;
-                } else if length[k] - s < SNAP * spacing && free(self, to) {
-                    self.role[to as usize] = Role::Fixed;
-                } else {
-                    let part = ((s - length[k - 1]) / (length[k] - length[k - 1])).clamp(0.0, 1.0);
-                    let point = self.mesh.at(chain.vertices[k - 1]).lerp(self.mesh.at(to), part);
-                    let wanted = 0.5 * (self.size[from as usize] + self.size[to as usize]);
-                    let v = self.mesh.split(from, to, point);
-                    self.role.push(Role::Fixed);
-                    self.size.push(wanted);
-                    path.push(v);
-                    from = v;
-                }
-                next.next();
-            }
-            path.push(to);
-        }
-        path
+    for index in 0..samples.len() {
+        removal.reduce(index, monitor)?;
     }
-
-    /// Cosine between a triangle and the surface it comes from.
-    fn upright(&self, corners: [u32; 3], t: u32) -> f64 {
-        self.mesh.area_normal(corners).normalize_or_zero().dot(self.normals[self.mesh.source[t as usize] as usize])
-    }
-
-    /// True when merging turns no triangle more than it was turned already.
-    fn merge_is_fair(&self, from: u32, to: u32) -> bool {
-        self.mesh.after_collapse(from, to).all(|(t, fresh)| {
-            let after = self.upright(fresh, t);
-            after > TURN || (after > 0.0 && after >= self.upright(self.mesh.triangles[t as usize], t))
+    let paths: Vec<Vec<u32>> = samples
+        .into_iter()
+        .map(|(path, is_sample)| {
+            path.into_iter()
+                .zip(is_sample)
+                .filter(|p| p.1)
+                .map(|p| p.0)
+                .collect()
         })
+        .collect();
+    for (chain, path) in paths.iter().enumerate() {
+        if path
+            .windows(2)
+            .any(|step| removal.edge(step[0], step[1]).is_none())
+        {
+            return Err(ResampleError::Topology { chain });
+        }
     }
+    Ok(read_out(mesh, &removal.mesh, &paths))
+}
 
-    /// Removes free vertices that stand much closer to a neighbour than the wanted edge length.
-    fn clear_the_way(&mut self) {
-        let mut short: Vec<(f64, [u32; 2])> = self
-            .mesh
-            .edges()
-            .into_iter()
-            .filter(|&[a, b]| [a, b].iter().any(|&v| self.role[v as usize] == Role::Free))
-            .map(|[a, b]| {
-                let wanted = 0.5 * (self.size[a as usize] + self.size[b as usize]);
-                (self.mesh.length(a, b) / wanted, [a, b])
-            })
-            .filter(|&(ratio, _)| ratio < 0.5)
-            .collect();
-        short.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        for (_, [a, b]) in short {
-            for (from, to) in [(a, b), (b, a)] {
-                if self.role[from as usize] == Role::Free
-                    && self.mesh.can_collapse(from, to)
-                    && self.merge_is_fair(from, to)
-                {
-                    self.mesh.collapse(from, to);
+fn check_positions(chain: usize, given: &Chain) -> Result<(), ResampleError> {
+    let mut last = 0.0;
+    for (position, &p) in given.positions.iter().enumerate() {
+        if !(p > last && p < 1.0) {
+            return Err(ResampleError::BadPosition { chain, position });
+        }
+        last = p;
+    }
+    if given.vertices.len() < 2 {
+        return Err(ResampleError::NotAPath { chain, step: 0 });
+    }
+    if given.vertices.first() == given.vertices.last() && given.positions.len() < 2 {
+        return Err(ResampleError::TooFewSamples { chain });
+    }
+    Ok(())
+}
+
+/// Splits the edges of a chain at its samples; returns the finer path and which of its vertices are samples.
+fn insert_samples(removal: &mut Removal, chain: &Chain) -> (Vec<u32>, Vec<bool>) {
+    let old: Vec<u32> = chain.vertices.iter().map(|&v| removal.copy_of(v)).collect();
+    let mut arc = vec![0.0];
+    for step in old.windows(2) {
+        arc.push(arc[arc.len() - 1] + removal.distance(step[0], step[1]));
+    }
+    let total = arc[arc.len() - 1];
+    let (mut path, mut is_sample) = (vec![old[0]], vec![true]);
+    let mut wanted = chain.positions.iter().map(|p| p * total).peekable();
+    for k in 1..old.len() {
+        let is_end = k + 1 == old.len();
+        let mut snapped = is_end;
+        while let Some(&at) = wanted.peek() {
+            if at >= arc[k] + SNAP * total && !is_end {
+                break;
+            }
+            if at > arc[k] - SNAP * total && !is_end {
+                // At most one sample is this vertex: another as near is not told apart from it by rounding alone.
+                if snapped {
                     break;
                 }
+                snapped = true;
+                wanted.next();
+                continue;
             }
+            let (from, to) = (path[path.len() - 1], old[k]);
+            // All of a chain without length is one point.
+            let length = arc[k] - arc[k - 1];
+            let fraction = if length > 0.0 {
+                (at - arc[k - 1]) / length
+            } else {
+                0.0
+            };
+            let place = removal
+                .position(old[k - 1])
+                .lerp(removal.position(old[k]), fraction.clamp(0.0, 1.0));
+            path.push(removal.split(from, to, place));
+            is_sample.push(true);
+            wanted.next();
+        }
+        path.push(old[k]);
+        is_sample.push(snapped);
+    }
+    (path, is_sample)
+}
+
+fn read_out(input: &TriangleMesh, editable: &Editable, paths: &[Vec<u32>]) -> Resampled {
+    let inputs = input.positions.len() as u32;
+    let mut used = vec![false; input.positions.len()];
+    for v in (0..editable.vertex_slots()).filter(|&v| editable.is_live_vertex(v)) {
+        if let Some(slot) = used.get_mut(editable.identity[v as usize] as usize) {
+            *slot = true;
         }
     }
-
-    /// Flips inner edges towards fatter triangles.
-    fn flip(&mut self) {
-        let fatness = |mesh: &Editable, [a, b, c]: [u32; 3]| {
-            let longest = mesh.length(a, b).max(mesh.length(b, c)).max(mesh.length(c, a));
-            if longest > 0.0 { mesh.area_normal([a, b, c]).length() / (longest * longest) } else { 0.0 }
+    let mut mesh = TriangleMesh::default();
+    let mut vertex = vec![NONE; used.len()];
+    for (v, _) in used.iter().enumerate().filter(|(_, used)| **used) {
+        vertex[v] = mesh.positions.len() as u32;
+        mesh.positions.push(input.positions[v]);
+    }
+    let mut output = vec![NONE; editable.vertex_slots() as usize];
+    for v in (0..editable.vertex_slots()).filter(|&v| editable.is_live_vertex(v)) {
+        let identity = editable.identity[v as usize];
+        output[v as usize] = if identity < inputs {
+            vertex[identity as usize]
+        } else {
+            mesh.positions.push(editable.positions[v as usize]);
+            mesh.positions.len() as u32 - 1
         };
-        for _ in 0..3 {
-            for [a, b] in self.mesh.edges() {
-                let Some((sides, fresh)) = self.mesh.after_flip(a, b) else { continue };
-                let worst = |t: [[u32; 3]; 2]| fatness(&self.mesh, t[0]).min(fatness(&self.mesh, t[1]));
-                let old = sides.map(|t| self.mesh.triangles[t as usize]);
-                let stands = self.upright(fresh[0], sides[0]).min(self.upright(fresh[1], sides[1]));
-                let flat = self.normals[self.mesh.source[sides[0] as usize] as usize]
-                    .dot(self.normals[self.mesh.source[sides[1] as usize] as usize]);
-                if worst(fresh) > worst(old) + 1e-9 && stands > 0.5 && flat > 0.7 {
-                    self.mesh.flip(sides, fresh);
-                }
-            }
-        }
     }
-
-    /// Merges old chain vertices into a neighbour on their chain, shortest edge first; returns how many are left.
-    /// `forced` merges turn triangles as they must.
-    fn merge_passing(&mut self, forced: bool) -> usize {
-        for k in 0..self.paths.len() {
-            while let Some(i) = self.merge_one(k, forced) {
-                self.paths[k].remove(i);
-            }
-        }
-        self.paths.iter().flatten().filter(|&&v| self.role[v as usize] == Role::Passing).count()
+    let mut source = Vec::new();
+    for t in editable.triangles() {
+        mesh.triangles
+            .push(editable.corners(t).map(|v| output[v as usize]));
+        source.push(editable.source[t as usize]);
     }
-
-    /// Merges one vertex of a path and returns its place, or `None` when no merge is possible.
-    fn merge_one(&mut self, k: usize, forced: bool) -> Option<usize> {
-        let path = &self.paths[k];
-        let mut candidates: Vec<(f64, usize, u32, u32)> = (1..path.len() - 1)
-            .filter(|&i| self.role[path[i] as usize] == Role::Passing)
-            .flat_map(|i| [(i, path[i], path[i - 1]), (i, path[i], path[i + 1])])
-            .map(|(i, from, to)| (self.mesh.length(from, to), i, from, to))
-            .collect();
-        candidates.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        for (_, i, from, to) in candidates {
-            if !forced && !self.merge_is_fair(from, to) {
-                continue;
-            }
-            self.make_room(from, to);
-            if self.mesh.can_collapse(from, to) && (forced || self.merge_is_fair(from, to)) {
-                self.mesh.collapse(from, to);
-                return Some(i);
-            }
-        }
-        None
-    }
-
-    /// Splits the edges to vertices that forbid the merge.
-    fn make_room(&mut self, from: u32, to: u32) {
-        for blocker in self.mesh.blockers(from, to) {
-            let end = if self.mesh.lines.contains(&sorted(from, blocker)) { to } else { from };
-            if self.mesh.lines.contains(&sorted(end, blocker)) || self.mesh.on_edge(end, blocker).nth(1).is_none() {
-                continue;
-            }
-            let middle = self.mesh.at(end).midpoint(self.mesh.at(blocker));
-            let wanted = 0.5 * (self.size[end as usize] + self.size[blocker as usize]);
-            self.mesh.split(end, blocker, middle);
-            self.role.push(Role::Free);
-            self.size.push(wanted);
-        }
+    let chains = paths
+        .iter()
+        .map(|path| path.iter().map(|&v| output[v as usize]).collect())
+        .collect();
+    Resampled {
+        mesh,
+        source,
+        chains,
+        vertex,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -182,10 +182,17 @@ impl<'a> Smoother<'a> {
                 if aspect.is_finite() { aspect.powf(options.keep_aspect) } else { 1.0 }
             })
             .collect();
-        for q in 0..patch.quads.len() {
-            smoother.refresh_normal(q);
-        }
         smoother
+    }
+
+    fn refresh_normals(&mut self, monitor: &Monitor) -> Result<(), Cancelled> {
+        for q in 0..self.patch.quads.len() {
+            if q % 1024 == 0 {
+                monitor.check()?;
+            }
+            self.refresh_normal(q);
+        }
+        Ok(())
     }
 
     fn points(&self, q: usize) -> [DVec3; 4] {
@@ -210,7 +217,7 @@ impl<'a> Smoother<'a> {
         &self.around[self.row[v] as usize..self.row[v + 1] as usize]
     }
 
-    /// Moves one vertex; true when it moved by more than a thousandth of an edge or so.
+    /// Moves one vertex; true when it moved by a hundredth of an edge or so.
     fn relax(&mut self, v: usize, goal: Goal) -> bool {
         let patch = self.patch;
         self.star.clear();
@@ -232,7 +239,7 @@ impl<'a> Smoother<'a> {
         let Some((place, arc)) = self.star.relax(self.positions[v], &track, goal, &mut self.step[v]) else { return false };
         self.positions[v] = place;
         self.arc[v] = arc;
-        self.step[v] > 2e-3
+        self.step[v] > 8e-3
     }
 
     /// Sweeps the shape energy, visiting only vertices that moved, or whose neighbours did, in the sweep before.
@@ -262,9 +269,7 @@ impl<'a> Smoother<'a> {
             }
             // Directions settle soon; the normals follow while things still move far.
             if sweep < 4 {
-                for q in 0..self.patch.quads.len() {
-                    self.refresh_normal(q);
-                }
+                self.refresh_normals(monitor)?;
             }
             if !next.contains(&true) {
                 break;
@@ -332,24 +337,25 @@ pub fn smooth_quads(
 ) -> Result<SmoothReport, SmoothError> {
     patch.validate(positions.len())?;
     let mut smoother = Smoother::new(patch, positions, options);
+    smoother.refresh_normals(monitor)?;
     let worst_before = smoother.report(1.0).worst;
     for v in 0..smoother.positions.len() {
+        if v % 1024 == 0 {
+            monitor.check()?;
+        }
         if !smoother.is_movable(v) {
             continue;
         }
-        smoother.positions[v] = match patch.constraints[v] {
-            Constraint::OnChain(chain) => patch.chains[chain as usize].at(smoother.arc[v]),
-            _ => {
-                let quad = smoother.quads_around(v)[0].0;
-                patch.surfaces[patch.surface_of[quad as usize] as usize].project(smoother.positions[v]).point
-            }
+        smoother.positions[v] = if let Constraint::OnChain(chain) = patch.constraints[v] {
+            patch.chains[chain as usize].at(smoother.arc[v])
+        } else {
+            let quad = smoother.quads_around(v)[0].0;
+            patch.surfaces[patch.surface_of[quad as usize] as usize].project(smoother.positions[v]).point
         };
     }
     smoother.sweep_shape(options.sweeps, monitor)?;
     smoother.sweep_worst(options, monitor)?;
-    for q in 0..patch.quads.len() {
-        smoother.refresh_normal(q);
-    }
+    smoother.refresh_normals(monitor)?;
     Ok(smoother.report(worst_before))
 }
 

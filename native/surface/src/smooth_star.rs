@@ -203,17 +203,19 @@ impl Star {
     /// Sum over the corners of v squared, v = (|e1|^2 / r + |e2|^2 r) / 2h, h = (J + sqrt(J^2 + 4 d^2)) / 2.
     fn quad_energy(&self, q: &StarQuad, x: DVec3) -> f64 {
         let p = q.points(x);
-        let squared = [0, 1, 2, 3].map(|k: usize| p[k].distance_squared(p[(k + 1) & 3]));
-        (0..4)
-            .map(|k| {
-                let jacobian = corner_jacobian(&p, k, q.normal);
-                let h = 0.5 * (jacobian + (jacobian * jacobian + 4.0 * self.delta_squared).sqrt());
-                // Edges 0-1 and 2-3 run the first way, the others the second.
-                let (first, second) = if k & 1 == 0 { (squared[k], squared[(k + 3) & 3]) } else { (squared[k - 1], squared[k]) };
-                let v = (first / q.aspect + second * q.aspect) / (2.0 * h.max(f64::MIN_POSITIVE));
-                v * v
-            })
-            .sum()
+        let edge = [p[1] - p[0], p[2] - p[1], p[3] - p[2], p[0] - p[3]];
+        let squared = edge.map(DVec3::length_squared);
+        let mut sum = 0.0;
+        for k in 0..4 {
+            let before = (k + 3) & 3;
+            let jacobian = edge[before].cross(edge[k]).dot(q.normal);
+            let h = 0.5 * (jacobian + (jacobian * jacobian + 4.0 * self.delta_squared).sqrt());
+            // Edges 0-1 and 2-3 run the first way, the others the second.
+            let (first, second) = if k & 1 == 0 { (squared[k], squared[before]) } else { (squared[before], squared[k]) };
+            let v = (first / q.aspect + second * q.aspect) / (2.0 * h.max(f64::MIN_POSITIVE));
+            sum += v * v;
+        }
+        sum
     }
 
     /// Looks for a better place for a vertex at `x`: a pattern search of radius `step` (a fraction of the mean edge, adapted) with a
@@ -249,9 +251,8 @@ impl Star {
                 let axis = if best_a < best_b { u * a } else { v * b };
                 // Between its neighbours a vertex escapes from a fold that no short step opens.
                 let middle = self.quads.iter().map(|q| q.others[0]).sum::<DVec3>() / self.quads.len() as f64 - x;
-                let planar = [diagonal, axis, middle].into_iter().min_by(|p, q| {
-                    self.value(x + *p, goal).total_cmp(&self.value(x + *q, goal))
-                })?;
+                let candidates = [diagonal, axis, middle].map(|offset| (self.value(x + offset, goal), offset));
+                let (_, planar) = candidates.into_iter().min_by(|p, q| p.0.total_cmp(&q.0))?;
                 let places = [planar, planar * 0.4].into_iter().filter_map(|offset| {
                     let foot = surface.project(x + offset);
                     // The closest point of a thin part may lie on its other side.

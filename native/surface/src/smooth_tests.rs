@@ -145,3 +145,28 @@ fn bad_arrays_and_cancelling_are_errors() {
     monitor.cancel();
     assert_eq!(run(g.patch(&[0; 9], &[], &[&Plane]), &mut positions, &monitor), Err(SmoothError::Cancelled(Cancelled)));
 }
+
+#[test]
+fn two_thousand_quads_follow_a_triangle_mesh() {
+    let reference = crate::smooth_reference::TriangleReference::new(&crate::test_shapes::sphere(120, 80));
+    let g = grid(45);
+    let mut seed = 5;
+    let mut positions: Vec<DVec3> = g
+        .positions
+        .iter()
+        .zip(&g.constraints)
+        .map(|(p, c)| {
+            let mut jitter = || if *c == Constraint::Free { 0.35 * noise(&mut seed) } else { 0.0 };
+            DVec3::new((p.x + jitter()) / 22.5 - 1.0, (p.y + jitter()) / 22.5 - 1.0, 1.5).normalize()
+        })
+        .collect();
+    let surface_of = vec![0; g.quads.len()];
+    let clock = std::time::Instant::now();
+    let report =
+        smooth_quads(g.patch(&surface_of, &[], &[&reference]), &mut positions, &SmoothOptions::default(), &Monitor::new()).unwrap();
+    println!("{} quads in {:.1} ms: {report:?}", g.quads.len(), 1e3 * clock.elapsed().as_secs_f64());
+    assert!(report.worst > 0.6 && report.mean > 0.9, "{report:?}");
+    for (p, c) in positions.iter().zip(&g.constraints) {
+        assert!(*c == Constraint::Fixed || (0.995..=1.0 + 1e-12).contains(&p.length()), "{}", p.length());
+    }
+}

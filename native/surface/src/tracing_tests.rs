@@ -2,11 +2,9 @@ use super::*;
 use crate::cross_field::cross_field;
 use testkit::plane_region::{circle, plane_region, subdivided};
 
-fn graph_of(mesh: &TriangleMesh) -> (Topology, FieldGraph) {
-    let topology = Topology::of_triangles(mesh);
-    let field = cross_field(mesh, &topology, &[]).expect("a field");
-    let graph = FieldGraph::new(mesh, &topology, &field.face_directions);
-    (topology, graph)
+fn graph_of<'a>(mesh: &'a TriangleMesh, topology: &'a Topology) -> FieldGraph<'a> {
+    let field = cross_field(mesh, topology, &[]).expect("a field");
+    FieldGraph::new(mesh, topology, &field.face_directions)
 }
 
 fn place(mesh: &TriangleMesh, point: TracePoint) -> DVec3 {
@@ -17,34 +15,27 @@ fn place(mesh: &TriangleMesh, point: TracePoint) -> DVec3 {
 }
 
 /// Lands within 45 degrees of the middle of any border vertex's angle.
-fn land(graph: &FieldGraph, topology: &Topology, v: u32, back: f64) -> Visit {
+fn land(graph: &FieldGraph<'_>, topology: &Topology, v: u32, back: f64) -> Visit {
     if !topology.is_border_vertex(v) {
         return Visit::Pass;
     }
-    if (back - graph.angle(v) / 2.0).abs() < FRAC_PI_4 {
-        Visit::Land(0.0)
-    } else {
-        Visit::Block
-    }
+    if (back - graph.angle(v) / 2.0).abs() < FRAC_PI_4 { Visit::Land(0.0) } else { Visit::Block }
 }
 
 #[test]
 fn traces_in_a_rectangle_are_straight() {
     let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)].map(DVec2::from);
     let mesh = plane_region(&[subdivided(&corners, 0.25)], |p| p.extend(0.0));
-    let (topology, graph) = graph_of(&mesh);
+    let topology = Topology::of_triangles(&mesh);
+    let graph = graph_of(&mesh, &topology);
     for v in (0..mesh.positions.len() as u32).filter(|&v| topology.is_border_vertex(v)) {
         let p = mesh.positions[v as usize];
         if corners.iter().any(|&c| c == p.truncate()) {
             continue;
         }
-        let trace = graph.trace(
-            v,
-            graph.angle(v) / 2.0,
-            &TraceOptions::default(),
-            f64::INFINITY,
-            |u, back| land(&graph, &topology, u, back),
-        );
+        let trace = graph.trace(v, graph.angle(v) / 2.0, &TraceOptions::default(), f64::INFINITY, |u, back| {
+            land(&graph, &topology, u, back)
+        });
         let trace = trace.expect("a trace");
         let width = if p.y == 0.0 || p.y == 3.0 { 3.0 } else { 4.0 };
         let q = mesh.positions[trace.end() as usize];
@@ -55,19 +46,14 @@ fn traces_in_a_rectangle_are_straight() {
 
 #[test]
 fn lengths_and_angles_agree_with_the_points() {
-    let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| {
-        p.extend(0.7 * (-0.4 * p.length_squared()).exp())
-    });
-    let (topology, graph) = graph_of(&mesh);
+    let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.7 * (-0.4 * p.length_squared()).exp()));
+    let topology = Topology::of_triangles(&mesh);
+    let graph = graph_of(&mesh, &topology);
     let mut traced = 0;
     for v in 0..36 {
-        let Some(trace) = graph.trace(
-            v,
-            graph.angle(v) / 2.0,
-            &TraceOptions::default(),
-            f64::INFINITY,
-            |u, back| land(&graph, &topology, u, back),
-        ) else {
+        let Some(trace) = graph.trace(v, graph.angle(v) / 2.0, &TraceOptions::default(), f64::INFINITY, |u, back| {
+            land(&graph, &topology, u, back)
+        }) else {
             continue;
         };
         traced += 1;
@@ -103,16 +89,11 @@ fn lengths_and_angles_agree_with_the_points() {
 
 #[test]
 fn arcs_see_about_two_dozen_vertices_and_both_ways() {
-    let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| {
-        p.extend(0.3 * p.x * p.y)
-    });
-    let (topology, graph) = graph_of(&mesh);
-    let arcs = |v: u32| {
-        &graph.arcs[graph.first_arc[v as usize] as usize..graph.first_arc[v as usize + 1] as usize]
-    };
-    let interior: Vec<u32> = (0..mesh.positions.len() as u32)
-        .filter(|&v| !topology.is_border_vertex(v))
-        .collect();
+    let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.3 * p.x * p.y));
+    let topology = Topology::of_triangles(&mesh);
+    let graph = graph_of(&mesh, &topology);
+    let arcs = |v: u32| &graph.arcs(v).arcs;
+    let interior: Vec<u32> = (0..mesh.positions.len() as u32).filter(|&v| !topology.is_border_vertex(v)).collect();
     let mean = interior.iter().map(|&v| arcs(v).len()).sum::<usize>() / interior.len();
     assert!((16..40).contains(&mean), "{mean}");
     for v in 0..mesh.positions.len() as u32 {
@@ -123,11 +104,7 @@ fn arcs_see_about_two_dozen_vertices_and_both_ways() {
                     && graph.difference(v, other.back, arc.leave).abs() < 1e-6
                     && graph.difference(arc.to, other.leave, arc.back).abs() < 1e-6
             };
-            assert!(
-                arcs(arc.to).iter().any(|other| same(&other)),
-                "{v} to {}",
-                arc.to
-            );
+            assert!(arcs(arc.to).iter().any(|other| same(&other)), "{v} to {}", arc.to);
         }
     }
 }
@@ -135,21 +112,12 @@ fn arcs_see_about_two_dozen_vertices_and_both_ways() {
 #[test]
 fn limits_and_walls_stop_the_search() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.0));
-    let (topology, graph) = graph_of(&mesh);
+    let topology = Topology::of_triangles(&mesh);
+    let graph = graph_of(&mesh, &topology);
     let from = |limit: f64, wall: bool| {
-        graph.trace(
-            0,
-            graph.angle(0) / 2.0,
-            &TraceOptions::default(),
-            limit,
-            |u, back| {
-                if wall && topology.is_border_vertex(u) {
-                    Visit::Block
-                } else {
-                    land(&graph, &topology, u, back)
-                }
-            },
-        )
+        graph.trace(0, graph.angle(0) / 2.0, &TraceOptions::default(), limit, |u, back| {
+            if wall && topology.is_border_vertex(u) { Visit::Block } else { land(&graph, &topology, u, back) }
+        })
     };
     assert!(from(f64::INFINITY, false).is_some());
     assert!(from(0.5, false).is_none());

@@ -23,15 +23,13 @@ impl HasPosition for Site {
 /// # Panics
 /// When loops cross each other.
 pub fn plane_region(loops: &[Vec<DVec2>], lift: impl Fn(DVec2) -> DVec3) -> TriangleMesh {
-    let edges: Vec<[DVec2; 2]> = loops
-        .iter()
-        .flat_map(|l| (0..l.len()).map(move |k| [l[k], l[(k + 1) % l.len()]]))
-        .collect();
+    let edges: Vec<[DVec2; 2]> =
+        loops.iter().flat_map(|l| (0..l.len()).map(move |k| [l[k], l[(k + 1) % l.len()]])).collect();
     let spacing = edges.iter().map(|[a, b]| a.distance(*b)).sum::<f64>() / edges.len() as f64;
     let inside = |p: DVec2| {
-        let crossings = edges.iter().filter(|[a, b]| {
-            (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
-        });
+        let crossings = edges
+            .iter()
+            .filter(|[a, b]| (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x));
         crossings.count() % 2 == 1
     };
     let clearance = |p: DVec2| {
@@ -47,11 +45,7 @@ pub fn plane_region(loops: &[Vec<DVec2>], lift: impl Fn(DVec2) -> DVec3) -> Tria
     let row = spacing * 0.75_f64.sqrt();
     for j in 0..=((high.y - low.y) / row) as usize {
         for i in 0..=((high.x - low.x) / spacing) as usize {
-            let p = low
-                + DVec2::new(
-                    (i as f64 + 0.5 * (j % 2) as f64 + 0.23) * spacing,
-                    (j as f64 + 0.37) * row,
-                );
+            let p = low + DVec2::new((i as f64 + 0.5 * (j % 2) as f64 + 0.23) * spacing, (j as f64 + 0.37) * row);
             if inside(p) && clearance(p) > 0.6 * spacing {
                 points.push(p);
             }
@@ -61,14 +55,7 @@ pub fn plane_region(loops: &[Vec<DVec2>], lift: impl Fn(DVec2) -> DVec3) -> Tria
     let handles: Vec<_> = points
         .iter()
         .enumerate()
-        .map(|(k, p)| {
-            delaunay
-                .insert(Site {
-                    at: Point2::new(p.x, p.y),
-                    index: k as u32,
-                })
-                .expect("finite points")
-        })
+        .map(|(k, p)| delaunay.insert(Site { at: Point2::new(p.x, p.y), index: k as u32 }).expect("finite points"))
         .collect();
     let mut first = 0;
     for l in loops {
@@ -87,17 +74,12 @@ pub fn plane_region(loops: &[Vec<DVec2>], lift: impl Fn(DVec2) -> DVec3) -> Tria
         })
         .collect();
     triangles.sort_unstable();
-    TriangleMesh {
-        positions: points.into_iter().map(lift).collect(),
-        triangles,
-    }
+    TriangleMesh { positions: points.into_iter().map(lift).collect(), triangles }
 }
 
 /// A regular polygon of `count` vertices.
 pub fn circle(centre: DVec2, radius: f64, count: usize) -> Vec<DVec2> {
-    (0..count)
-        .map(|k| centre + radius * DVec2::from_angle(TAU * k as f64 / count as f64))
-        .collect()
+    (0..count).map(|k| centre + radius * DVec2::from_angle(TAU * k as f64 / count as f64)).collect()
 }
 
 /// A polygon with its sides cut into edges of about `edge_length`.

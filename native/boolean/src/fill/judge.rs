@@ -3,7 +3,6 @@
 use super::{Fill, Region};
 use crate::validate::DISTANCE_LIMIT;
 use mesh::{Cancelled, DVec3, Monitor, PolygonMesh, Topology, TriangleMesh, scaled_jacobian, self_intersections};
-use surface::closest::ClosestPoint;
 
 /// What one inverted quad or one intersecting pair costs: more than any difference of shape.
 const FAULT: f64 = 10.0;
@@ -27,9 +26,8 @@ pub fn score(region: &Region, fill: &Fill, diagonal: f64, monitor: &Monitor) -> 
     let (triangles, _) = TriangleMesh::from_polygons(&quads);
     faults += self_intersections(&triangles, monitor)?.len();
 
-    let target = ClosestPoint::new(&region.surface);
     let centre = |q: &[u32; 4]| q.iter().map(|&v| at(v)).sum::<DVec3>() / 4.0;
-    let distance = fill.quads.iter().map(|q| target.project(centre(q)).distance).fold(0.0, f64::max) / diagonal;
+    let distance = fill.quads.iter().map(|q| region.under.distance(centre(q))).fold(0.0, f64::max) / diagonal;
 
     let topology = Topology::new(points.len(), &fill.quads);
     let inner = region.rim_count as u32..points.len() as u32;

@@ -41,8 +41,13 @@ fn key(a: u32, b: u32) -> (u32, u32) {
 }
 
 /// Cost of a vertex `off` quads from its ideal valence: 1, 3, 6, ... so that two small errors are better than one large one.
-fn valence_cost(off: i32) -> i32 {
+pub(super) fn valence_cost(off: i32) -> i32 {
     off.abs() * (off.abs() + 1) / 2
+}
+
+/// Cost of a sector of an anchored vertex: too few quads make corners flat or inverted, which no smoothing mends.
+fn sector_cost(off: i32) -> i32 {
+    if off < 0 { 4 * valence_cost(off) } else { valence_cost(off) }
 }
 
 impl Editable {
@@ -99,7 +104,7 @@ impl Editable {
     }
 
     pub(super) fn is_feature(&self, a: u32, b: u32) -> bool {
-        self.features.contains(&key(a, b))
+        self.anchored[a as usize] && self.anchored[b as usize] && self.features.contains(&key(a, b))
     }
 
     /// The quad with the directed edge a-b, and the corner of a in it.
@@ -125,14 +130,12 @@ impl Editable {
         };
         let mut at = start;
         for _ in 0..self.around[v as usize].len() {
-            match clockwise(at) {
-                Some((before, false)) => at = before,
-                // A border or a feature: a good place to start.
-                _ => {
-                    start = at;
-                    break;
-                }
-            }
+            // A border or a feature is a good place to start.
+            let Some((before, false)) = clockwise(at) else {
+                start = at;
+                break;
+            };
+            at = before;
         }
         let mut fan = vec![start];
         let mut at = start;
@@ -181,7 +184,7 @@ impl Editable {
                 .map(|&(first, _, count, _)| {
                     // Border and feature edges never change, so every sector keeps its first edge.
                     let ideal = self.sectors.get(&(v, first)).copied().unwrap_or(2);
-                    valence_cost(count as i32 - ideal as i32)
+                    sector_cost(count as i32 - ideal as i32)
                 })
                 .sum()
         } else {
@@ -273,13 +276,12 @@ impl Editable {
         touched
     }
 
-    /// True when every quad at the given vertices is proper: four vertices, each directed edge once, and with any other quad at most
-    /// one edge or one vertex in common (so no doublets, no duplicates, no pillows).
-    pub(super) fn is_proper_at(&self, vertices: &[u32]) -> bool {
-        let mut quads: Vec<u32> = vertices.iter().flat_map(|&v| self.around[v as usize].iter().copied()).collect();
-        quads.sort_unstable();
-        quads.dedup();
-        quads.iter().all(|&q| {
+    /// True when every quad put in since the mark is proper: four vertices, each directed edge once, and with any other quad at
+    /// most one edge or one vertex in common (so no doublets, no duplicates, no pillows).
+    pub(super) fn is_proper_since(&self, mark: Mark) -> bool {
+        let added = self.journal[mark.0..].iter().filter(|step| matches!(step, Step::Added)).count();
+        (self.quads.len() - added..self.quads.len()).all(|q| {
+            let q = q as u32;
             let Some(quad) = self.quads[q as usize] else { return true };
             if quad[0] == quad[2] || quad[1] == quad[3] || (0..4).any(|k| quad[k] == quad[(k + 1) & 3]) {
                 return false;

@@ -46,13 +46,13 @@ pub struct Setting<'a> {
 /// How hard to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImproveOptions {
-    /// Operators looked ahead, 0 (only smooth) to 4. The cost grows about tenfold with each. Default 3.
+    /// Operators looked ahead, 0 (only smooth) to 4. Default 4.
     pub depth: usize,
     /// No change may leave a quad below this quality, 0 to 1, unless it was worse before. Default 0.3.
     pub floor: f64,
     /// Most passes over the irregular vertices at each depth. Default 6.
     pub passes: usize,
-    /// Most operators tried in thought for one irregular vertex. Default 4000.
+    /// Most operators tried in thought for one irregular vertex. Default 6000.
     pub budget: usize,
     /// The smoothing before and after.
     pub smooth: SmoothOptions,
@@ -60,7 +60,7 @@ pub struct ImproveOptions {
 
 impl Default for ImproveOptions {
     fn default() -> Self {
-        Self { depth: 3, floor: 0.3, passes: 6, budget: 4000, smooth: SmoothOptions::default() }
+        Self { depth: 4, floor: 0.3, passes: 6, budget: 6000, smooth: SmoothOptions::default() }
     }
 }
 

@@ -9,12 +9,20 @@ use surface::smooth_star::{Goal, Reference, Star, Track, quad_quality};
 
 /// Sequences tried on the surface for one vertex and depth.
 const TRIALS: usize = 6;
+/// The same at a bad quad.
+const TRIALS_AT_BAD: usize = 24;
 /// How much worse the valences may get on the way to something better.
 const SLACK: i32 = 1;
+/// The same at a bad quad: its cure may take two new irregular vertices.
+const SLACK_AT_BAD: i32 = 2;
 /// A quad below this quality adds to the cost, so that shape counts beside valence.
 const GOOD: f64 = 0.5;
 /// Weight of a quad's shortfall below [`GOOD`], in units of one irregular vertex.
 const SHAPE_WEIGHT: f64 = 3.0;
+/// Weight of a quad's shortfall below 1: the strain by which irregular vertices of opposite kind attract each other.
+const STRAIN_WEIGHT: f64 = 0.5;
+/// Operators looked ahead while irregular vertices drift.
+const DRIFT_DEPTH: usize = 2;
 /// Weight of the squared logarithm of a quad's area over the area wanted.
 const SIZE_WEIGHT: f64 = 0.1;
 
@@ -53,9 +61,12 @@ impl<'a> Search<'a> {
         (self.mesh, self.changes, self.trials)
     }
 
-    /// Depth by depth, pass by pass, over the irregular vertices and those of bad quads.
+    /// Depth by depth and pass by pass over the irregular vertices and those of bad quads.
     pub(super) fn run(&mut self, monitor: &Monitor) -> Result<(), Cancelled> {
-        for depth in 1..=self.options.depth {
+        let most = self.options.depth;
+        let cancel = |from: usize| (from..=most).map(|depth| (depth, false));
+        // Cancel what is near, let the rest drift to where the strain is less, and cancel again.
+        for (depth, drift) in cancel(1).chain([(DRIFT_DEPTH.min(most), true)]).chain(cancel(2)) {
             let mut tried_at = vec![None; self.mesh.positions.len()];
             for _ in 0..self.options.passes {
                 let mut progress = false;
@@ -63,10 +74,10 @@ impl<'a> Search<'a> {
                 while v < self.mesh.positions.len() {
                     monitor.check()?;
                     tried_at.resize(self.mesh.positions.len(), None);
-                    let bad = self.worst_at(v as u32) < 0.5 * self.options.floor;
+                    let bad = self.worst_at(v as u32) < self.options.floor;
                     if (self.cost[v] != 0 || bad) && tried_at[v].is_none_or(|t| t < self.changed[v]) {
                         tried_at[v] = Some(self.clock);
-                        progress |= self.improve_at(v as u32, depth, bad);
+                        progress |= self.improve_at(v as u32, depth, bad, drift);
                     }
                     v += 1;
                 }
@@ -78,22 +89,32 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn improve_at(&mut self, v: u32, depth: usize, bad: bool) -> bool {
-        self.budget = self.options.budget;
+    fn improve_at(&mut self, v: u32, depth: usize, bad: bool, drift: bool) -> bool {
         let mut plans = Vec::new();
         // A bad quad may be worth an irregular vertex.
-        self.explore(v, depth, 0, if bad { 1 } else { -1 }, &mut Vec::new(), &mut plans);
+        let limit = if bad { 1 } else if drift { 0 } else { -1 };
+        self.explore(v, depth, 0, limit, &mut Vec::new(), &mut plans);
         plans.sort_by_key(|plan| (plan.gain, plan.operators.len()));
-        plans.iter().take(TRIALS).any(|plan| self.attempt(plan))
+        plans.iter().take(if bad { TRIALS_AT_BAD } else { TRIALS }).any(|plan| self.attempt(plan))
     }
 
     /// Collects the sequences of up to `depth` operators from `v` that bring the valence cost to `limit` or below.
     fn explore(&mut self, v: u32, depth: usize, so_far: i32, limit: i32, path: &mut Vec<Operator>, plans: &mut Vec<Plan>) {
-        for operator in self.mesh.operators_at(v) {
-            if self.budget == 0 {
+        let operators = self.mesh.operators_at(v);
+        let share = self.options.budget / operators.len().max(1);
+        for operator in operators {
+            if path.is_empty() {
+                // Every first operator gets the same share, so that the first does not use up all.
+                self.budget = share;
+            } else if self.budget == 0 {
                 return;
             }
-            self.budget -= 1;
+            let slack = if limit > 0 { SLACK_AT_BAD } else { SLACK };
+            let bound = if depth > 1 { slack } else { limit };
+            if self.mesh.predicted_cost(operator).is_some_and(|cost| so_far + cost > bound) {
+                continue;
+            }
+            self.budget = self.budget.saturating_sub(1);
             let Some(mark) = self.mesh.apply(operator) else { continue };
             let touched = self.mesh.touched(mark);
             self.cost.resize(self.mesh.positions.len(), 0);
@@ -105,7 +126,7 @@ impl<'a> Search<'a> {
             path.push(operator);
             if total <= limit {
                 plans.push(Plan { gain: total, operators: path.clone() });
-            } else if depth > 1 && total <= SLACK {
+            } else if depth > 1 && total <= slack {
                 for &w in &touched {
                     if self.cost[w as usize] != 0 {
                         self.explore(w, depth - 1, total, limit, path, plans);
@@ -213,7 +234,7 @@ impl<'a> Search<'a> {
             let (Some(p), Some(quad)) = (self.points(q), self.mesh.quads[q as usize]) else { continue };
             let quality = quad_quality(p, self.normals[q as usize]);
             worst = worst.min(quality);
-            cost += SHAPE_WEIGHT * (GOOD - quality).max(0.0);
+            cost += SHAPE_WEIGHT * (GOOD - quality).max(0.0) + STRAIN_WEIGHT * (1.0 - quality);
             let area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]).length();
             let size = quad.iter().map(|&v| self.mesh.size[v as usize]).sum::<f64>() / 4.0;
             cost += SIZE_WEIGHT * (area / (size * size)).max(1e-6).ln().powi(2);

@@ -14,58 +14,35 @@ pub(super) fn assemble(
     kinds: &BTreeMap<[u32; 2], SubSideKind>,
     flattened: Vec<u32>,
 ) -> PatchLayout {
-    let kind = |a: u32, b: u32| {
-        kinds
-            .get(&[a.min(b), a.max(b)])
-            .copied()
-            .unwrap_or(SubSideKind::Trace)
-    };
+    let kind = |a: u32, b: u32| kinds.get(&[a.min(b), a.max(b)]).copied().unwrap_or(SubSideKind::Trace);
     // Each region's border from a corner back to it, in the whole mesh's vertices, with "is a corner here".
     let borders: Vec<Vec<(u32, bool)>> = regions.iter().map(border_from_corner).collect();
     let mut ends = vec![false; positions.len()];
     for border in &borders {
-        border
-            .iter()
-            .filter(|&&(_, corner)| corner)
-            .for_each(|&(v, _)| ends[v as usize] = true);
+        border.iter().filter(|&&(_, corner)| corner).for_each(|&(v, _)| ends[v as usize] = true);
         for w in border.windows(3) {
             ends[w[1].0 as usize] |= kind(w[0].0, w[1].0) != kind(w[1].0, w[2].0);
         }
     }
-    let mut mesh = TriangleMesh {
-        positions,
-        triangles: Vec::new(),
-    };
+    let mut mesh = TriangleMesh { positions, triangles: Vec::new() };
     let mut patches = Vec::with_capacity(regions.len());
     let mut sub_sides: Vec<SubSide> = Vec::new();
     // A sub-side by the directed edge it starts with, from either end.
     let mut known: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     for (region, border) in regions.iter().zip(&borders) {
         let first = mesh.triangles.len() as u32;
-        mesh.triangles.extend(
-            region
-                .mesh
-                .triangles
-                .iter()
-                .map(|t| t.map(|v| region.vertex[v as usize])),
-        );
+        mesh.triangles.extend(region.mesh.triangles.iter().map(|t| t.map(|v| region.vertex[v as usize])));
         let (mut sides, mut side) = (Vec::new(), Vec::new());
         let mut path: Vec<u32> = Vec::new();
         for &(v, corner) in border {
             path.push(v);
             if path.len() > 1 && ends[v as usize] {
-                let id = *known
-                    .entry([path[0], path[1]])
-                    .or_insert(sub_sides.len() as u32);
+                let id = *known.entry([path[0], path[1]]).or_insert(sub_sides.len() as u32);
                 if id as usize == sub_sides.len() {
                     known.insert([v, path[path.len() - 2]], id);
                     let at = |v: u32| mesh.positions[v as usize];
                     let length = path.windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum();
-                    sub_sides.push(SubSide {
-                        kind: kind(path[0], path[1]),
-                        vertices: path,
-                        length,
-                    });
+                    sub_sides.push(SubSide { kind: kind(path[0], path[1]), vertices: path, length });
                 }
                 side.push(id);
                 path = vec![v];
@@ -75,24 +52,12 @@ pub(super) fn assemble(
             }
         }
         // The border is listed from a corner back to that corner.
-        let corners = border[1..]
-            .iter()
-            .filter(|&&(_, corner)| corner)
-            .map(|&(v, _)| v);
+        let corners = border[1..].iter().filter(|&&(_, corner)| corner).map(|&(v, _)| v);
         let mut corners: Vec<u32> = corners.collect();
         corners.rotate_right(1);
-        patches.push(Patch {
-            triangles: (first..mesh.triangles.len() as u32).collect(),
-            corners,
-            sides,
-        });
+        patches.push(Patch { triangles: (first..mesh.triangles.len() as u32).collect(), corners, sides });
     }
-    PatchLayout {
-        mesh,
-        patches,
-        sub_sides,
-        flattened,
-    }
+    PatchLayout { mesh, patches, sub_sides, flattened }
 }
 
 /// A patch has one border loop and at least three corners on it.

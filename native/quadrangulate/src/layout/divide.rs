@@ -46,9 +46,7 @@ pub(super) struct Shape {
 impl Shape {
     pub fn of(region: &Region, side_turn: f64) -> Self {
         let mut seen = BTreeSet::new();
-        let border: Vec<usize> = (0..region.quarters.len())
-            .filter(|&v| region.quarters[v] > 0)
-            .collect();
+        let border: Vec<usize> = (0..region.quarters.len()).filter(|&v| region.quarters[v] > 0).collect();
         Self {
             sides: border.iter().filter(|&&v| region.quarters[v] == 1).count(),
             concave: border.iter().filter(|&&v| region.quarters[v] > 2).count(),
@@ -63,9 +61,7 @@ impl Shape {
         if self.concave > 0 {
             Some(Fault::Concave)
         } else if self.euler_characteristic != 1 {
-            Some(Fault::NotDisk {
-                euler_characteristic: self.euler_characteristic,
-            })
+            Some(Fault::NotDisk { euler_characteristic: self.euler_characteristic })
         } else if self.touches_itself {
             Some(Fault::TouchesItself)
         } else if !(3..=6).contains(&self.sides) {
@@ -88,10 +84,7 @@ fn round_sides(region: &Region, limit: f64) -> usize {
     let angles = region.angles();
     let mut count = 0;
     for mut border in region.loops() {
-        let corner = border
-            .iter()
-            .position(|&v| region.quarters[v as usize] == 1)
-            .unwrap_or(0);
+        let corner = border.iter().position(|&v| region.quarters[v as usize] == 1).unwrap_or(0);
         border.rotate_left(corner);
         let mut turn: f64 = 0.0;
         for v in border {
@@ -113,8 +106,8 @@ pub(super) enum Step {
     Patch,
     /// It was cut into these parts.
     Parts(Vec<Region>),
-    /// No trace could relieve this concave corner: it counts as flat now.
-    Flattened(Region, u32),
+    /// No trace could relieve a concave corner: this one has a quarter less now.
+    Flattened(Box<Region>, u32),
     /// Nothing can be done.
     Stuck(Fault),
 }
@@ -138,21 +131,20 @@ pub(super) fn divide(
     }
     let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
     let crowded = crowded(region, canvas);
-    let relaxed = TraceOptions {
-        cone: (options.trace.cone * 1.5).min(FRAC_PI_2),
-        ..options.trace
-    };
-    // A second try with a wider cone that may also crowd other sides' ends.
-    for (trace_options, strict) in [(options.trace, true), (relaxed, false)] {
-        let search = Search {
-            region,
-            graph: &graph,
-            canvas,
-            options: &trace_options,
-            crowded: &crowded,
-            strict,
-        };
-        let candidates = search.candidates(shape.concave > 0, monitor)?;
+    // First only the cheapest traces of concave corners, then all, then wider cones that may also crowd other sides' ends.
+    let tries = [(1.0, true, true), (1.0, true, false), (1.5, false, false), (2.0, false, false)];
+    for (widening, strict, hasty) in tries {
+        if hasty && shape.concave == 0 {
+            continue;
+        }
+        let cone = (options.trace.cone * widening).min(FRAC_PI_2);
+        let trace_options = TraceOptions { cone, ..options.trace };
+        let search =
+            Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict, hasty };
+        let mut candidates = search.candidates(shape.concave > 0, monitor)?;
+        if strict {
+            candidates.truncate(CUTS);
+        }
         if let Some(parts) = best_cut(region, shape, &candidates, canvas, options, monitor)? {
             return Ok(Step::Parts(parts));
         }
@@ -161,13 +153,10 @@ pub(super) fn divide(
             return Ok(Step::Patch);
         }
     }
-    if shape.concave > 0 {
-        let sharp = (0..region.quarters.len()).find(|&v| region.quarters[v] == 3);
-        if let Some(v) = sharp {
-            let mut flat = region.clone();
-            flat.quarters[v] = 2;
-            return Ok(Step::Flattened(flat, region.vertex[v]));
-        }
+    if let Some(v) = (0..region.quarters.len()).find(|&v| region.quarters[v] > 2) {
+        let mut flatter = region.clone();
+        flatter.quarters[v] -= 1;
+        return Ok(Step::Flattened(Box::new(flatter), region.vertex[v]));
     }
     Ok(fault.map_or(Step::Patch, Step::Stuck))
 }
@@ -183,15 +172,17 @@ fn best_cut(
 ) -> Result<Option<Vec<Region>>, Cancelled> {
     let mut best: Option<((usize, usize), f64, &Candidate)> = None;
     let length = canvas.positions.len();
-    for candidate in candidates.iter().take(CUTS) {
+    for candidate in candidates {
         monitor.check()?;
+        // No later candidate can cost less than this one does before its penalties and its reward for balance.
+        let least = if shape.concave > 0 { candidate.trace.cost } else { candidate.trace.cost / 0.6 };
+        if best.is_some_and(|(rank, cost, _)| rank == (0, 0) && cost <= least) {
+            break;
+        }
         let parts = region.cut(&candidate.trace, candidate.share, &mut canvas.positions);
         canvas.positions.truncate(length);
         let Some(parts) = parts else { continue };
-        let shapes: Vec<Shape> = parts
-            .iter()
-            .map(|part| Shape::of(part, options.side_turn))
-            .collect();
+        let shapes: Vec<Shape> = parts.iter().map(|part| Shape::of(part, options.side_turn)).collect();
         let badness: usize = shapes.iter().map(Shape::badness).sum();
         let concave: usize = shapes.iter().map(|s| s.concave).sum();
         let irregular: usize = shapes.iter().map(|s| s.sides.abs_diff(4)).sum();
@@ -204,18 +195,12 @@ fn best_cut(
             if concave >= shape.concave {
                 continue;
             }
-            (
-                (0, 0),
-                candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64),
-            )
+            ((0, 0), candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64))
         } else {
             if (badness, round) >= (shape.badness(), shape.round) {
                 continue;
             }
-            (
-                (badness, round),
-                candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance),
-            )
+            ((badness, round), candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance))
         };
         if best.is_none_or(|(found, least, _)| (rank, cost) < (found, least)) {
             best = Some((rank, cost, candidate));
@@ -237,11 +222,12 @@ fn best_cut(
 
 struct Search<'a> {
     region: &'a Region,
-    graph: &'a FieldGraph,
+    graph: &'a FieldGraph<'a>,
     canvas: &'a Canvas,
     options: &'a TraceOptions,
     crowded: &'a [bool],
     strict: bool,
+    hasty: bool,
 }
 
 impl Search<'_> {
@@ -250,41 +236,28 @@ impl Search<'_> {
         let quarters = &self.region.quarters;
         let eligible = |v: u32| {
             let q = quarters[v as usize];
-            if concave {
-                q > 2
-            } else {
-                q == 2 && !(self.strict && self.crowded[v as usize])
-            }
+            if concave { q > 2 } else { q == 2 && !(self.strict && self.crowded[v as usize]) }
         };
-        let mut starts: Vec<u32> = self
-            .region
-            .loops()
-            .concat()
-            .into_iter()
-            .filter(|&v| eligible(v))
-            .collect();
+        let mut starts: Vec<u32> = self.region.loops().concat().into_iter().filter(|&v| eligible(v)).collect();
         if !concave {
             let stride = starts.len().div_ceil(STARTS).max(1);
             starts = starts.into_iter().step_by(stride).collect();
         }
-        let mut candidates = Vec::new();
+        let mut candidates: Vec<Candidate> = Vec::new();
+        let mut limit = f64::INFINITY;
         for start in starts {
             let q = quarters[start as usize];
             for j in 1..q {
                 monitor.check()?;
                 let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
-                let found =
-                    self.graph
-                        .trace(start, direction, self.options, f64::INFINITY, |v, back| {
-                            self.visit(v, back)
-                        });
+                let found = self.graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back));
                 let Some(trace) = found else { continue };
+                if self.hasty {
+                    limit = limit.min(1.5 * trace.cost);
+                }
                 let end = trace.end();
                 let (i, _) = self.quarter_of(end, trace.arrival);
-                let share = Share {
-                    start: [j, q - j],
-                    end: [i, quarters[end as usize] - i],
-                };
+                let share = Share { start: [j, q - j], end: [i, quarters[end as usize] - i] };
                 candidates.push(Candidate { trace, share });
             }
         }
@@ -319,9 +292,7 @@ impl Search<'_> {
 /// row of quads into the gap.
 fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
     let mut crowded = vec![false; region.quarters.len()];
-    let ends_side = |v: u32| {
-        region.quarters[v as usize] != 2 || canvas.node[region.vertex[v as usize] as usize]
-    };
+    let ends_side = |v: u32| region.quarters[v as usize] != 2 || canvas.node[region.vertex[v as usize] as usize];
     for border in region.loops() {
         let n = border.len();
         for (k, &v) in border.iter().enumerate() {
@@ -334,8 +305,7 @@ fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
                     let next = (at + step) % n;
                     walked += region.mesh.positions[border[at] as usize]
                         .distance(region.mesh.positions[border[next] as usize]);
-                    crowded[v as usize] =
-                        walked < 0.6 * canvas.edge_length && ends_side(border[next]);
+                    crowded[v as usize] = walked < 0.6 * canvas.edge_length && ends_side(border[next]);
                     at = next;
                 }
             }

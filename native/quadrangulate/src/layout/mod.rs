@@ -40,12 +40,7 @@ pub struct LayoutOptions {
 
 impl Default for LayoutOptions {
     fn default() -> Self {
-        Self {
-            corners: CornerAngles::default(),
-            trace: TraceOptions::default(),
-            side_turn: PI * 0.75,
-            refinements: 1,
-        }
+        Self { corners: CornerAngles::default(), trace: TraceOptions::default(), side_turn: PI * 0.75, refinements: 1 }
     }
 }
 
@@ -98,7 +93,8 @@ pub struct PatchLayout {
     pub patches: Vec<Patch>,
     /// Where patches meet the border and one another.
     pub sub_sides: Vec<SubSide>,
-    /// Concave corners of the border that no trace could divide: they count as flat, with two quads.
+    /// Concave corners of the border that no trace could divide: each time one occurs here, it counts a quad less. Their quads
+    /// have wide angles.
     pub flattened: Vec<u32>,
 }
 
@@ -177,7 +173,8 @@ pub enum LayoutError {
 /// output; `features` are interior edges (vertex pairs) that must become sides. The mesh should be isotropic with edges about
 /// as long as the border's.
 ///
-/// Costs O(traces * n log n) in the triangles n of each region traced: about 0.1 s for a region of 1,000 triangles.
+/// Costs O(traces * n log n) in the triangles n of each region traced: about 10 ms for a region of 150
+/// triangles and 10 traces, 0.25 s for 750 triangles and 30 traces.
 /// The same input gives the same bytes.
 ///
 /// # Errors
@@ -196,30 +193,17 @@ pub fn trace_layout(
     let topology = Topology::of_triangles(&fine);
     let field = cross_field(&fine, &topology, &chains)?;
     let mut canvas = Canvas {
-        fixed: (0..fine.positions.len() as u32)
-            .map(|v| topology.is_border_vertex(v))
-            .collect(),
+        fixed: (0..fine.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect(),
         node: vec![false; fine.positions.len()],
         positions: fine.positions.clone(),
         edge_length: mean_border_edge(&fine, &topology),
     };
-    let feature_edges: Vec<u32> = chains
-        .iter()
-        .filter_map(|&[a, b]| topology.find(a, b))
-        .filter(|&h| !topology.is_border(h))
-        .collect();
+    let feature_edges: Vec<u32> =
+        chains.iter().filter_map(|&[a, b]| topology.find(a, b)).filter(|&h| !topology.is_border(h)).collect();
     let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-    let mut kinds: BTreeMap<_, _> = chains
-        .iter()
-        .map(|&edge| (sorted(edge), SubSideKind::Feature))
-        .collect();
+    let mut kinds: BTreeMap<_, _> = chains.iter().map(|&edge| (sorted(edge), SubSideKind::Feature)).collect();
     let border = (0..topology.len() as u32).filter(|&h| topology.is_border(h));
-    kinds.extend(border.map(|h| {
-        (
-            sorted([topology.from(h), topology.to(h)]),
-            SubSideKind::Border,
-        )
-    }));
+    kinds.extend(border.map(|h| (sorted([topology.from(h), topology.to(h)]), SubSideKind::Border)));
     let whole = Region {
         vertex: (0..fine.positions.len() as u32).collect(),
         quarters: vec![0; fine.positions.len()],
@@ -243,33 +227,24 @@ pub fn trace_layout(
             Step::Parts(parts) => pending.extend(parts.into_iter().rev()),
             Step::Flattened(region, v) => {
                 flattened.push(v);
-                pending.push(region);
+                pending.push(*region);
             }
             Step::Stuck(fault) => return Err(stuck(mesh, &region, fault)),
         }
     }
-    Ok(assemble::assemble(
-        &patches,
-        canvas.positions,
-        &kinds,
-        flattened,
-    ))
+    Ok(assemble::assemble(&patches, canvas.positions, &kinds, flattened))
 }
 
 /// Every vertex must have one fan of triangles, every component a border.
 fn check(mesh: &TriangleMesh) -> Result<(), LayoutError> {
     let topology = Topology::of_triangles(mesh);
     let mut corners = vec![0; mesh.positions.len()];
-    mesh.triangles
-        .iter()
-        .flatten()
-        .for_each(|&v| corners[v as usize] += 1);
+    mesh.triangles.iter().flatten().for_each(|&v| corners[v as usize] += 1);
     if let Some(v) = (0..corners.len()).find(|&v| topology.around(v as u32).count() != corners[v]) {
         return Err(LayoutError::NotManifold { vertex: v as u32 });
     }
-    let mut reached: Vec<bool> = (0..mesh.triangles.len())
-        .map(|t| (3 * t..3 * t + 3).any(|h| topology.twin[h] == NONE))
-        .collect();
+    let mut reached: Vec<bool> =
+        (0..mesh.triangles.len()).map(|t| (3 * t..3 * t + 3).any(|h| topology.twin[h] == NONE)).collect();
     let mut stack: Vec<usize> = (0..reached.len()).filter(|&t| reached[t]).collect();
     while let Some(t) = stack.pop() {
         for h in 3 * t..3 * t + 3 {
@@ -289,10 +264,7 @@ fn check(mesh: &TriangleMesh) -> Result<(), LayoutError> {
 fn mean_border_edge(mesh: &TriangleMesh, topology: &Topology) -> f64 {
     let lengths: Vec<f64> = (0..topology.len() as u32)
         .filter(|&h| topology.is_border(h))
-        .map(|h| {
-            mesh.positions[topology.from(h) as usize]
-                .distance(mesh.positions[topology.to(h) as usize])
-        })
+        .map(|h| mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize]))
         .collect();
     lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
 }
@@ -314,14 +286,7 @@ fn classify(region: &mut Region, corners: &CornerAngles, canvas: &mut Canvas) {
 /// The error for a part, told in the caller's triangles.
 fn stuck(mesh: &TriangleMesh, region: &Region, fault: Fault) -> LayoutError {
     let part: BTreeSet<u32> = region.vertex.iter().copied().collect();
-    let touches = |t: &&u32| {
-        mesh.triangles[**t as usize]
-            .iter()
-            .any(|v| part.contains(v))
-    };
+    let touches = |t: &&u32| mesh.triangles[**t as usize].iter().any(|v| part.contains(v));
     let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-    LayoutError::NoTrace {
-        fault,
-        triangles: all.iter().filter(touches).copied().collect(),
-    }
+    LayoutError::NoTrace { fault, triangles: all.iter().filter(touches).copied().collect() }
 }

@@ -5,15 +5,9 @@ use mesh::{Topology, TriangleMesh};
 
 /// The finer mesh (old vertices first) and the features in its edges. Triangles with one border edge become three, with two
 /// border edges two, others four.
-pub(super) fn refine(
-    mesh: &TriangleMesh,
-    topology: &Topology,
-    features: &[[u32; 2]],
-) -> (TriangleMesh, Vec<[u32; 2]>) {
-    let mut fine = TriangleMesh {
-        positions: mesh.positions.clone(),
-        triangles: Vec::with_capacity(4 * mesh.triangles.len()),
-    };
+pub(super) fn refine(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2]]) -> (TriangleMesh, Vec<[u32; 2]>) {
+    let mut fine =
+        TriangleMesh { positions: mesh.positions.clone(), triangles: Vec::with_capacity(4 * mesh.triangles.len()) };
     let mut middle: Vec<Option<u32>> = vec![None; topology.len()];
     for h in topology.edges().filter(|&h| !topology.is_border(h)) {
         let [a, b] = [topology.from(h), topology.to(h)].map(|v| mesh.positions[v as usize]);
@@ -26,14 +20,11 @@ pub(super) fn refine(
         // Turn the triangle until its unsplit edges come last.
         let split = |k: usize| middle[3 * f + k % 3];
         let count = (0..3).filter(|&k| split(k).is_some()).count();
-        let turn = (0..3)
-            .find(|&k| (0..count).all(|i| split(k + i).is_some()))
-            .unwrap_or(0);
+        let turn = (0..3).find(|&k| (0..count).all(|i| split(k + i).is_some())).unwrap_or(0);
         let [a, b, c] = [0, 1, 2].map(|k| triangle[(turn + k) % 3]);
         match [0, 1, 2].map(|k| split(turn + k)) {
             [Some(ab), Some(bc), Some(ca)] => {
-                fine.triangles
-                    .extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]])
+                fine.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
             }
             [Some(ab), Some(bc), None] => {
                 fine.triangles.push([ab, b, bc]);

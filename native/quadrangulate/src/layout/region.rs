@@ -28,12 +28,7 @@ pub struct CornerAngles {
 
 impl Default for CornerAngles {
     fn default() -> Self {
-        Self {
-            convex: PI * 0.875,
-            concave: PI * 1.125,
-            slit: PI * 1.75,
-            round: PI / 3.6,
-        }
+        Self { convex: PI * 0.875, concave: PI * 1.125, slit: PI * 1.75, round: PI / 3.6 }
     }
 }
 
@@ -45,9 +40,7 @@ impl CornerAngles {
             return 2;
         }
         let angle = PI - turn;
-        1 + u8::from(angle >= self.convex)
-            + u8::from(angle > self.concave)
-            + u8::from(angle > self.slit)
+        1 + u8::from(angle >= self.convex) + u8::from(angle > self.concave) + u8::from(angle > self.slit)
     }
 }
 
@@ -76,17 +69,12 @@ pub(super) struct Share {
 impl Region {
     /// Border loops as local vertices, each along its triangles.
     pub fn loops(&self) -> Vec<Vec<u32>> {
-        self.topology
-            .border_loops()
-            .iter()
-            .map(|l| l.iter().map(|&h| self.topology.from(h)).collect())
-            .collect()
+        self.topology.border_loops().iter().map(|l| l.iter().map(|&h| self.topology.from(h)).collect()).collect()
     }
 
     /// Euler characteristic: 1 for a disk, 0 for an annulus.
     pub fn euler_characteristic(&self) -> i64 {
-        self.mesh.positions.len() as i64 - self.topology.edges().count() as i64
-            + self.mesh.triangles.len() as i64
+        self.mesh.positions.len() as i64 - self.topology.edges().count() as i64 + self.mesh.triangles.len() as i64
     }
 
     /// Sum of the corner angles at each vertex.
@@ -95,8 +83,7 @@ impl Region {
         for (t, triangle) in self.mesh.triangles.iter().enumerate() {
             let p = self.mesh.points(t);
             for k in 0..3 {
-                angles[triangle[k] as usize] +=
-                    (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
+                angles[triangle[k] as usize] += (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
             }
         }
         angles
@@ -104,19 +91,12 @@ impl Region {
 
     /// Sum of the triangle areas.
     pub fn area(&self) -> f64 {
-        (0..self.mesh.triangles.len())
-            .map(|t| self.mesh.area_normal(t).length() / 2.0)
-            .sum()
+        (0..self.mesh.triangles.len()).map(|t| self.mesh.area_normal(t).length() / 2.0).sum()
     }
 
     /// Cuts along a path and returns the one or two parts, the one that holds triangle 0 first. Points inside edges become
     /// vertices, appended to `positions`. `None` when the path crosses itself.
-    pub fn cut(
-        &self,
-        trace: &Trace,
-        share: Share,
-        positions: &mut Vec<DVec3>,
-    ) -> Option<Vec<Self>> {
+    pub fn cut(&self, trace: &Trace, share: Share, positions: &mut Vec<DVec3>) -> Option<Vec<Self>> {
         let mut whole = self.clone();
         let mut path = Vec::with_capacity(trace.points.len());
         let appended = positions.len();
@@ -136,21 +116,14 @@ impl Region {
             positions.truncate(appended);
             return None;
         }
-        let edges: Option<Vec<u32>> = path
-            .windows(2)
-            .map(|w| whole.topology.find(w[0], w[1]))
-            .collect();
+        let edges: Option<Vec<u32>> = path.windows(2).map(|w| whole.topology.find(w[0], w[1])).collect();
         let Some(edges) = edges else {
             positions.truncate(appended);
             return None;
         };
         let ends = [
             (path[0], share.start, edges[0]),
-            (
-                path[path.len() - 1],
-                share.end,
-                whole.topology.twin[edges[edges.len() - 1] as usize],
-            ),
+            (path[path.len() - 1], share.end, whole.topology.twin[edges[edges.len() - 1] as usize]),
         ];
         // Which side of the path each corner at the two ends lies on, decided before the cut.
         let mut quarters_at: BTreeMap<u32, u8> = BTreeMap::new();
@@ -161,12 +134,7 @@ impl Region {
                 quarters_at.insert(h, share[side]);
             }
         }
-        Some(whole.open(&edges, |h, old| {
-            quarters_at
-                .get(&h)
-                .copied()
-                .unwrap_or(if old == 0 { 2 } else { old })
-        }))
+        Some(whole.open(&edges, |h, old| quarters_at.get(&h).copied().unwrap_or(if old == 0 { 2 } else { old })))
     }
 
     /// Opens the mesh along interior edges (one half-edge each) and returns the connected parts, ordered by their first
@@ -203,19 +171,11 @@ impl Region {
             reached.sort_unstable();
             members.push(reached);
         }
-        members
-            .iter()
-            .map(|faces| self.extract(faces, &crosses, &quarters))
-            .collect()
+        members.iter().map(|faces| self.extract(faces, &crosses, &quarters)).collect()
     }
 
     /// The part made of some triangles. The corners at a vertex that uncut edges join become one local vertex.
-    fn extract(
-        &self,
-        faces: &[usize],
-        crosses: &impl Fn(usize) -> bool,
-        quarters: &impl Fn(u32, u8) -> u8,
-    ) -> Self {
+    fn extract(&self, faces: &[usize], crosses: &impl Fn(usize) -> bool, quarters: &impl Fn(u32, u8) -> u8) -> Self {
         let mut local = vec![NONE; self.topology.len()];
         let (mut vertex, mut positions, mut worth) = (vec![], vec![], vec![]);
         for &face in faces {
@@ -249,29 +209,13 @@ impl Region {
                 }
                 vertex.push(self.vertex[origin]);
                 positions.push(self.mesh.positions[origin]);
-                worth.push(if closed {
-                    0
-                } else {
-                    quarters(first as u32, self.quarters[origin])
-                });
+                worth.push(if closed { 0 } else { quarters(first as u32, self.quarters[origin]) });
             }
         }
-        let triangles = faces
-            .iter()
-            .map(|&f| [local[3 * f], local[3 * f + 1], local[3 * f + 2]])
-            .collect();
+        let triangles = faces.iter().map(|&f| [local[3 * f], local[3 * f + 1], local[3 * f + 2]]).collect();
         let field = faces.iter().map(|&f| self.field[f]).collect();
         let topology = self.topology_of(faces, crosses, &local, vertex.len());
-        Self {
-            vertex,
-            mesh: TriangleMesh {
-                positions,
-                triangles,
-            },
-            field,
-            quarters: worth,
-            topology,
-        }
+        Self { vertex, mesh: TriangleMesh { positions, triangles }, field, quarters: worth, topology }
     }
 
     /// Topology of some triangles of this region, read off its own: hashing the edges anew is what cutting would spend its time on.
@@ -290,11 +234,7 @@ impl Region {
         let old: Vec<usize> = faces.iter().flat_map(|&f| 3 * f..3 * f + 3).collect();
         let twin = |h: usize| {
             let other = self.topology.twin[h];
-            if crosses(h) {
-                3 * place[other as usize / 3] + other % 3
-            } else {
-                NONE
-            }
+            if crosses(h) { 3 * place[other as usize / 3] + other % 3 } else { NONE }
         };
         let mut topology = Topology {
             twin: old.iter().map(|&h| twin(h)).collect(),
@@ -329,10 +269,7 @@ impl Region {
 
     /// Puts a vertex on the interior edge from `a` to `b`. `None` when there is no such edge.
     fn split_edge(&mut self, a: u32, b: u32, t: f64, positions: &mut Vec<DVec3>) -> Option<u32> {
-        let h = self
-            .topology
-            .find(a, b)
-            .filter(|&h| !self.topology.is_border(h))?;
+        let h = self.topology.find(a, b).filter(|&h| !self.topology.is_border(h))?;
         let twin = self.topology.twin[h as usize];
         let middle = self.vertex.len() as u32;
         let at = self.mesh.positions[a as usize].lerp(self.mesh.positions[b as usize], t);
@@ -395,10 +332,7 @@ mod tests {
     fn check(region: &Region) {
         let fresh = Topology::of_triangles(&region.mesh);
         let own = &region.topology;
-        assert_eq!(
-            (&own.twin, &own.face, &own.next),
-            (&fresh.twin, &fresh.face, &fresh.next)
-        );
+        assert_eq!((&own.twin, &own.face, &own.next), (&fresh.twin, &fresh.face, &fresh.next));
         assert_eq!((&own.prev, &own.origin), (&fresh.prev, &fresh.origin));
         for v in 0..region.vertex.len() as u32 {
             assert_eq!(own.from(own.outgoing[v as usize]), v);
@@ -409,57 +343,28 @@ mod tests {
 
     #[test]
     fn topology_stays_true_through_splits_and_cuts() {
-        let mesh = plane_region(
-            &[circle(DVec2::ZERO, 2.0, 30), circle(DVec2::ZERO, 1.0, 16)],
-            |p| p.extend(0.0),
-        );
+        let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 30), circle(DVec2::ZERO, 1.0, 16)], |p| p.extend(0.0));
         let topology = Topology::of_triangles(&mesh);
         let count = mesh.positions.len();
-        let quarters = (0..count as u32)
-            .map(|v| 2 * u8::from(topology.is_border_vertex(v)))
-            .collect();
+        let quarters = (0..count as u32).map(|v| 2 * u8::from(topology.is_border_vertex(v))).collect();
         let field = vec![DVec3::X; mesh.triangles.len()];
         let mut positions = mesh.positions.clone();
-        let mut region = Region {
-            vertex: (0..count as u32).collect(),
-            mesh,
-            field,
-            quarters,
-            topology,
-        };
+        let mut region = Region { vertex: (0..count as u32).collect(), mesh, field, quarters, topology };
         for k in 0..40 {
-            let h = (0..region.topology.len() as u32)
-                .filter(|&h| !region.topology.is_border(h))
-                .nth(k * 3);
+            let h = (0..region.topology.len() as u32).filter(|&h| !region.topology.is_border(h)).nth(k * 3);
             let h = h.expect("an interior edge");
-            let middle = region.split_edge(
-                region.topology.from(h),
-                region.topology.to(h),
-                0.4,
-                &mut positions,
-            );
+            let middle = region.split_edge(region.topology.from(h), region.topology.to(h), 0.4, &mut positions);
             assert_eq!(middle, Some((count + k) as u32));
             check(&region);
         }
         let right = |h: u32| {
-            let [p, q] = [region.topology.from(h), region.topology.to(h)]
-                .map(|v| region.mesh.positions[v as usize]);
+            let [p, q] = [region.topology.from(h), region.topology.to(h)].map(|v| region.mesh.positions[v as usize]);
             p.x > 0.0 && q.x > 0.0
         };
-        let edges: Vec<u32> = region
-            .topology
-            .edges()
-            .filter(|&h| !region.topology.is_border(h) && right(h))
-            .collect();
+        let edges: Vec<u32> = region.topology.edges().filter(|&h| !region.topology.is_border(h) && right(h)).collect();
         let parts = region.open(&edges, |_, _| 2);
         assert!(parts.len() > 40);
         parts.iter().for_each(check);
-        assert_eq!(
-            parts
-                .iter()
-                .map(|part| part.mesh.triangles.len())
-                .sum::<usize>(),
-            region.mesh.triangles.len()
-        );
+        assert_eq!(parts.iter().map(|part| part.mesh.triangles.len()).sum::<usize>(), region.mesh.triangles.len());
     }
 }

@@ -1,4 +1,4 @@
-//! The energy of QuadMixer 3.3, equations 1 and 4, as a list of penalties on integer expressions.
+//! The energy of `QuadMixer` 3.3, equations 1 and 4, as a list of penalties on integer expressions.
 
 use super::{Layout, Norm, Options};
 
@@ -66,7 +66,9 @@ impl Penalties {
     pub fn new(layout: &Layout, options: &Options) -> Self {
         let penalty = |part, weight, terms, target| Penalty { part, weight, terms, target, norm: options.norm };
         let free = (0..).zip(&layout.sub_sides).filter(|(_, sub_side)| sub_side.fixed.is_none());
-        let mut all: Vec<Penalty> = free.map(|(index, sub_side)| penalty(Part::Isometry, options.alpha, vec![(index, 1)], sub_side.ideal)).collect();
+        let mut all: Vec<Penalty> = free
+            .map(|(index, sub_side)| penalty(Part::Isometry, options.alpha, vec![(index, 1)], sub_side.ideal))
+            .collect();
         let regularity = 1.0 - options.alpha;
         for patch in &layout.patches {
             let sides = patch.sides.len();
@@ -123,7 +125,8 @@ impl Penalties {
     pub fn rise(&self, counts: &[u32], sub_side: u32, step: i64) -> f64 {
         let changes = self.of_sub_side[sub_side as usize].iter().map(|&index| {
             let penalty = &self.all[index];
-            let factor: i64 = penalty.terms.iter().filter(|term| term.0 == sub_side).map(|term| i64::from(term.1)).sum();
+            let factor: i64 =
+                penalty.terms.iter().filter(|term| term.0 == sub_side).map(|term| i64::from(term.1)).sum();
             let value = penalty.value(counts);
             penalty.cost(value + factor * step) - penalty.cost(value)
         });

@@ -18,9 +18,14 @@ const SWEEPS: usize = 100;
 const LEAST_GAIN: f64 = 1e-9;
 
 /// Feasible counts for a layout that [`super::check`] has passed.
-pub(super) fn counts(layout: &Layout, penalties: &Penalties, cancelled: CancelCheck<'_>) -> Result<Vec<u32>, QuantiseError> {
+pub(super) fn counts(
+    layout: &Layout,
+    penalties: &Penalties,
+    cancelled: CancelCheck<'_>,
+) -> Result<Vec<u32>, QuantiseError> {
     let users = users(layout);
-    let mut counts: Vec<u32> = relax(layout, penalties)?.iter().map(|value| value.round().clamp(1.0, f64::from(MOST)) as u32).collect();
+    let mut counts: Vec<u32> =
+        relax(layout, penalties)?.iter().map(|value| value.round().clamp(1.0, f64::from(MOST)) as u32).collect();
     repair_parity(layout, penalties, &users, &mut counts, cancelled)?;
     lengthen_short_patches(layout, penalties, &mut counts)?;
     descend(layout, penalties, &users, &mut counts, cancelled)?;
@@ -113,7 +118,12 @@ fn lengthen_short_patches(layout: &Layout, penalties: &Penalties, counts: &mut [
         if perimeter >= 4 {
             continue;
         }
-        let free = given.sides.iter().flatten().copied().filter(|&sub_side| layout.sub_sides[sub_side as usize].fixed.is_none());
+        let free = given
+            .sides
+            .iter()
+            .flatten()
+            .copied()
+            .filter(|&sub_side| layout.sub_sides[sub_side as usize].fixed.is_none());
         let cheapest = free.min_by(|&a, &b| penalties.rise(counts, a, 2).total_cmp(&penalties.rise(counts, b, 2)));
         change(counts, cheapest.ok_or(QuantiseError::TooShort { patch, perimeter: perimeter as u32 })?, 2);
     }
@@ -121,7 +131,13 @@ fn lengthen_short_patches(layout: &Layout, penalties: &Penalties, counts: &mut [
 }
 
 /// Steps that keep every parity, as long as the energy falls: one where no patch or one patch twice is concerned, else two.
-fn descend(layout: &Layout, penalties: &Penalties, users: &[Vec<u32>], counts: &mut [u32], cancelled: CancelCheck<'_>) -> Result<(), SolveError> {
+fn descend(
+    layout: &Layout,
+    penalties: &Penalties,
+    users: &[Vec<u32>],
+    counts: &mut [u32],
+    cancelled: CancelCheck<'_>,
+) -> Result<(), SolveError> {
     for _ in 0..SWEEPS {
         if cancelled() {
             return Err(SolveError::Cancelled);
@@ -141,7 +157,8 @@ fn descend(layout: &Layout, penalties: &Penalties, users: &[Vec<u32>], counts: &
                     let next = i64::from(counts[sub_side as usize]) + step;
                     // Both uses by one patch change its perimeter.
                     let change = |patch| uses.iter().filter(|&&user| user == patch).count() as i64 * step;
-                    (1..=i64::from(MOST)).contains(&next) && uses.iter().all(|&patch| perimeter(layout, counts, patch) as i64 + change(patch) >= 4)
+                    (1..=i64::from(MOST)).contains(&next)
+                        && uses.iter().all(|&patch| perimeter(layout, counts, patch) as i64 + change(patch) >= 4)
                 };
                 while allowed(counts) && penalties.rise(counts, sub_side, step) < -LEAST_GAIN {
                     change(counts, sub_side, step);

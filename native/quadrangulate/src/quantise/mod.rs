@@ -1,6 +1,6 @@
 //! How many quads go along each side of each patch.
 //!
-//! QuadMixer (Nuvoli, Hernandez, Esperança, Scateni, Cignoni, Pietroni, 2019), section 3.3, equations 1 to 4: an integer
+//! `QuadMixer` (Nuvoli, Hernandez, Esperança, Scateni, Cignoni, Pietroni, 2019), section 3.3, equations 1 to 4: an integer
 //! count e >= 1 for every sub-side, fixed where a kept quad mesh borders, with an even sum around every patch, minimising
 //! a blend of isometry, sum (e - ideal)², and regularity, (S0 - S2)² + (S1 - S3)² over the four-sided patches.
 //!
@@ -22,8 +22,8 @@ use std::time::Duration;
 
 use solve::{CancelCheck, SolveError};
 
-use energy::Penalties;
 pub use energy::Energy;
+use energy::Penalties;
 
 /// Greatest count a sub-side can be given.
 pub const MOST: u32 = 1 << 20;
@@ -72,11 +72,12 @@ pub struct Options {
     pub norm: Norm,
     /// Weight of the condition on three- and five-sided patches, in units of regularity; 0 or more. Default 1.
     pub pattern_weight: f64,
-    /// A component with more free sub-sides than this keeps its instant answer. Default 1000.
+    /// A component with more free sub-sides than this keeps its instant answer. Default 200.
     pub most_variables: usize,
     /// Counts are optimal when their energy is proved to be within this fraction of the minimum. Default 0.01.
     pub relative_gap: f64,
-    /// Branch-and-bound nodes for each component. Default 1000.
+    /// Branch-and-bound nodes for each component. Default 10: more of them tighten the proof rather than the counts, see
+    /// [`quantise`].
     pub max_nodes: u32,
     /// Backstop for each component; when it strikes, the component keeps its instant answer, because what a search has
     /// found by a given second differs between runs. Default 20 s.
@@ -85,7 +86,15 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { alpha: 0.5, norm: Norm::Squared, pattern_weight: 1.0, most_variables: 1000, relative_gap: 0.01, max_nodes: 1000, time_limit: Duration::from_secs(20) }
+        Self {
+            alpha: 0.5,
+            norm: Norm::Squared,
+            pattern_weight: 1.0,
+            most_variables: 200,
+            relative_gap: 0.01,
+            max_nodes: 10,
+            time_limit: Duration::from_secs(20),
+        }
     }
 }
 
@@ -104,7 +113,7 @@ pub struct Quantisation {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum QuantiseError {
     /// The fixed counts around a component of patches have an odd sum, so that no counts inside can make every patch even
-    /// (QuadMixer 3.4).
+    /// (`QuadMixer` 3.4).
     #[error("the fixed border of {} connected patches has an odd number of edges: refine one polychord that ends on it", .patches.len())]
     OddComponent {
         /// The patches of the component, ascending.
@@ -149,7 +158,10 @@ pub enum QuantiseError {
 
 /// Counts of least energy.
 ///
-/// Cost: see [`solve::integer::Programme::solve`]; the sum over components of 0.01 to 1 s for 150 free sub-sides.
+/// Cost, summed over components: grids of 8 x 8 patches with uneven ideal counts and hardly a fixed border, the hard
+/// case (134 to 170 free sub-sides in one component), took 0.3 to 5 s of processor time. The instant answer (1 ms) was
+/// 1 to 5% above the best energy known with squared deviations, 6 to 11% with absolute ones; ten nodes were enough to
+/// find the counts that a thousand nodes found.
 ///
 /// ```
 /// use quadrangulate::quantise::{Layout, Options, Patch, SubSide, quantise};
@@ -180,7 +192,11 @@ pub fn quantise(layout: &Layout, options: &Options, cancelled: CancelCheck<'_>) 
 ///
 /// # Errors
 /// Every variant of [`QuantiseError`].
-pub fn quantise_instantly(layout: &Layout, options: &Options, cancelled: CancelCheck<'_>) -> Result<Quantisation, QuantiseError> {
+pub fn quantise_instantly(
+    layout: &Layout,
+    options: &Options,
+    cancelled: CancelCheck<'_>,
+) -> Result<Quantisation, QuantiseError> {
     check(layout, options)?;
     let penalties = Penalties::new(layout, options);
     let counts = instant::counts(layout, &penalties, cancelled)?;
@@ -198,7 +214,10 @@ fn check(layout: &Layout, options: &Options) -> Result<(), QuantiseError> {
     }
     for (sub_side, given) in (0..).zip(&layout.sub_sides) {
         if !(0.0..=f64::from(MOST)).contains(&given.ideal) {
-            return Err(QuantiseError::BadSubSide { sub_side, reason: "its ideal count must be finite and from 0 to 2^20" });
+            return Err(QuantiseError::BadSubSide {
+                sub_side,
+                reason: "its ideal count must be finite and from 0 to 2^20",
+            });
         }
         if given.fixed.is_some_and(|count| count == 0 || count > MOST) {
             return Err(QuantiseError::BadSubSide { sub_side, reason: "its fixed count must be from 1 to 2^20" });

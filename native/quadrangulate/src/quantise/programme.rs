@@ -1,4 +1,4 @@
-//! The integer programme of QuadMixer 3.3, one component of the layout at a time.
+//! The integer programme of `QuadMixer` 3.3, one component of the layout at a time.
 
 use solve::components::connected_components;
 use solve::integer::{self, Programme, Stop, Term, Variable};
@@ -45,12 +45,15 @@ fn components(layout: &Layout) -> Vec<Component> {
     let first_patch = layout.sub_sides.len() as u32;
     let is_free = |sub_side: u32| layout.sub_sides[sub_side as usize].fixed.is_none();
     let users = users(layout);
-    let edges = (0..first_patch).filter(|&sub_side| is_free(sub_side)).flat_map(|sub_side| users[sub_side as usize].iter().map(move |patch| (sub_side, first_patch + patch)));
+    let edges = (0..first_patch)
+        .filter(|&sub_side| is_free(sub_side))
+        .flat_map(|sub_side| users[sub_side as usize].iter().map(move |patch| (sub_side, first_patch + patch)));
     let groups = connected_components(layout.sub_sides.len() + layout.patches.len(), edges);
     groups
         .into_iter()
         .map(|group| {
-            let (sub_sides, patches): (Vec<u32>, Vec<u32>) = group.into_iter().partition(|&vertex| vertex < first_patch);
+            let (sub_sides, patches): (Vec<u32>, Vec<u32>) =
+                group.into_iter().partition(|&vertex| vertex < first_patch);
             let free = sub_sides.into_iter().filter(|&sub_side| is_free(sub_side)).collect();
             Component { patches: patches.into_iter().map(|vertex| vertex - first_patch).collect(), free }
         })
@@ -67,7 +70,8 @@ fn solve_component(
     counts: &mut [u32],
     cancelled: CancelCheck<'_>,
 ) -> Result<bool, SolveError> {
-    let mut concerned: Vec<usize> = component.free.iter().flat_map(|&sub_side| penalties.of_sub_side[sub_side as usize].iter().copied()).collect();
+    let mut concerned: Vec<usize> =
+        component.free.iter().flat_map(|&sub_side| penalties.of_sub_side[sub_side as usize].iter().copied()).collect();
     concerned.sort_unstable();
     concerned.dedup();
     let known: f64 = concerned.iter().map(|&index| penalties.all[index].cost(penalties.all[index].value(counts))).sum();
@@ -92,7 +96,9 @@ fn solve_component(
         for (sub_side, factor) in terms {
             match variables[sub_side as usize] {
                 Some(variable) => free.push((variable, factor)),
-                None => constant += i64::from(factor) * i64::from(layout.sub_sides[sub_side as usize].fixed.unwrap_or(0)),
+                None => {
+                    constant += i64::from(factor) * i64::from(layout.sub_sides[sub_side as usize].fixed.unwrap_or(0));
+                }
             }
         }
         (free, constant)
@@ -100,7 +106,8 @@ fn solve_component(
 
     for penalty in concerned.into_iter().map(|index| &penalties.all[index]) {
         let (free, constant) = split(&mut penalty.terms.iter().copied());
-        let expected: f64 = penalty.terms.iter().map(|&(sub_side, factor)| f64::from(factor) * relaxed[sub_side as usize]).sum();
+        let expected: f64 =
+            penalty.terms.iter().map(|&(sub_side, factor)| f64::from(factor) * relaxed[sub_side as usize]).sum();
         let centre = expected.round() as i64 - constant;
         programme.convex_cost(&free, move |value| penalty.cost(value + constant), centre - WINDOW..=centre + WINDOW);
     }
@@ -114,7 +121,11 @@ fn solve_component(
 
     let mut start: Vec<i64> = component.free.iter().map(|&sub_side| i64::from(counts[sub_side as usize])).collect();
     start.push(1);
-    let limits = integer::Options { max_nodes: options.max_nodes, time_limit: options.time_limit, relative_gap: options.relative_gap };
+    let limits = integer::Options {
+        max_nodes: options.max_nodes,
+        time_limit: options.time_limit,
+        relative_gap: options.relative_gap,
+    };
     let solution = programme.solve(&limits, Some(&start), cancelled)?;
     if solution.stop != Stop::Time {
         for (&sub_side, &value) in component.free.iter().zip(&solution.values) {

@@ -17,7 +17,9 @@ fn side_sum(layout: &Layout, patch: usize, side: usize, counts: &[u32]) -> f64 {
 
 /// The energy straight from equations 1 and 4 and the two pattern conditions.
 fn energy(layout: &Layout, options: &Options, counts: &[u32]) -> f64 {
-    let measure = |d: f64| if options.norm == Norm::Squared { d * d } else { d.abs() };
+    let measure = |d: f64| {
+        if options.norm == Norm::Squared { d * d } else { d.abs() }
+    };
     let mut total = 0.0;
     for (sub_side, &count) in layout.sub_sides.iter().zip(counts) {
         if sub_side.fixed.is_none() {
@@ -28,9 +30,13 @@ fn energy(layout: &Layout, options: &Options, counts: &[u32]) -> f64 {
         let l = |i: usize| side_sum(layout, patch, i, counts);
         let mut add = |weight: f64, d: f64| total += (1.0 - options.alpha) * weight * measure(d);
         match given.sides.len() {
-            3 => (0..3).for_each(|i| add(options.pattern_weight, (l(i) - l(i + 1) - l(i + 2) + 2.0).max(0.0))),
+            3 => (0..3).for_each(|i| {
+                add(options.pattern_weight, (l(i) - l(i + 1) - l(i + 2) + 2.0).max(0.0));
+            }),
             4 => (0..2).for_each(|i| add(1.0, l(i) - l(i + 2))),
-            5 => (0..5).for_each(|i| add(options.pattern_weight, (2.0 - (l(i) + l(i + 1) + l(i + 4) - l(i + 2) - l(i + 3))).max(0.0))),
+            5 => (0..5).for_each(|i| {
+                add(options.pattern_weight, (2.0 - (l(i) + l(i + 1) + l(i + 4) - l(i + 2) - l(i + 3))).max(0.0));
+            }),
             _ => {}
         }
     }
@@ -75,7 +81,10 @@ fn small_layout() -> impl Strategy<Value = Layout> {
         }
         let stride = (next as usize / free.max(1)).max(1);
         layout.sub_sides = (0..next as usize)
-            .map(|i| SubSide { ideal: given[i].0, fixed: (i % stride != 0 || i / stride >= free).then_some(given[i].1) })
+            .map(|i| SubSide {
+                ideal: given[i].0,
+                fixed: (i % stride != 0 || i / stride >= free).then_some(given[i].1),
+            })
             .collect();
         layout
     })
@@ -91,7 +100,9 @@ fn brute_force(layout: &Layout, options: &Options) -> Option<f64> {
             let found = energy(layout, options, &counts);
             best = Some(best.map_or(found, |known| known.min(found)));
         }
-        let Some(&digit) = free.iter().find(|&&i| counts[i] < 9) else { return best };
+        let Some(&digit) = free.iter().find(|&&i| counts[i] < 9) else {
+            return best;
+        };
         for &i in free.iter().take_while(|&&i| i != digit) {
             counts[i] = 1;
         }
@@ -141,14 +152,24 @@ fn grid(width: usize, junctions: bool, seed: u64) -> Layout {
     };
     let split = |row: usize| if junctions && row % 2 == 1 { 2 } else { 1 };
     let horizontal: Vec<Vec<Vec<u32>>> = (0..=width)
-        .map(|row| (0..width).map(|_| (0..split(row)).map(|_| add(row == 0 || row == width, 1.0 / split(row) as f64)).collect()).collect())
+        .map(|row| {
+            (0..width)
+                .map(|_| (0..split(row)).map(|_| add(row == 0 || row == width, 1.0 / f64::from(split(row)))).collect())
+                .collect()
+        })
         .collect();
-    let vertical: Vec<Vec<u32>> = (0..width).map(|_| (0..=width).map(|column| add(column == 0 || column == width, 1.0)).collect()).collect();
+    let vertical: Vec<Vec<u32>> =
+        (0..width).map(|_| (0..=width).map(|column| add(column == 0 || column == width, 1.0)).collect()).collect();
     for row in 0..width {
         for column in 0..width {
             let mut top = horizontal[row + 1][column].clone();
             top.reverse();
-            let sides = vec![horizontal[row][column].clone(), vec![vertical[row][column + 1]], top, vec![vertical[row][column]]];
+            let sides = vec![
+                horizontal[row][column].clone(),
+                vec![vertical[row][column + 1]],
+                top,
+                vec![vertical[row][column]],
+            ];
             layout.patches.push(Patch { sides });
         }
     }
@@ -160,7 +181,7 @@ fn grid(width: usize, junctions: bool, seed: u64) -> Layout {
 #[ignore = "a measurement"]
 fn a_hundred_and_fifty_variables() {
     for (norm, junctions) in [(Norm::Squared, false), (Norm::Squared, true), (Norm::Absolute, true)] {
-        for (relative_gap, max_nodes) in [(0.05, 1000), (0.01, 1000), (0.01, 100), (0.0001, 10)] {
+        for (relative_gap, max_nodes) in [(0.01, 10), (0.01, 100)] {
             for seed in 0..3 {
                 let layout = grid(8, junctions, seed);
                 let options = Options { norm, relative_gap, max_nodes, ..Options::default() };
@@ -219,7 +240,18 @@ fn patch(sides: &[&[u32]]) -> Patch {
 #[test]
 fn an_odd_ring_is_named() {
     let layout = Layout {
-        sub_sides: vec![fixed(3), fixed(4), free(2.0), free(2.0), fixed(2), fixed(4), fixed(1), fixed(1), fixed(1), fixed(1)],
+        sub_sides: vec![
+            fixed(3),
+            fixed(4),
+            free(2.0),
+            free(2.0),
+            fixed(2),
+            fixed(4),
+            fixed(1),
+            fixed(1),
+            fixed(1),
+            fixed(1),
+        ],
         patches: vec![
             patch(&[&[6], &[7], &[8], &[9]]),
             patch(&[&[0], &[2], &[1], &[3]]),
@@ -232,7 +264,10 @@ fn an_odd_ring_is_named() {
 
 #[test]
 fn alpha_trades_size_for_regularity() {
-    let layout = Layout { sub_sides: vec![free(2.0), free(3.0), free(8.0), free(3.0)], patches: vec![patch(&[&[0], &[1], &[2], &[3]])] };
+    let layout = Layout {
+        sub_sides: vec![free(2.0), free(3.0), free(8.0), free(3.0)],
+        patches: vec![patch(&[&[0], &[1], &[2], &[3]])],
+    };
     let counts = |alpha| quantise(&layout, &Options { alpha, ..Options::default() }, &never).unwrap().counts;
     assert_eq!(counts(0.99), [2, 3, 8, 3]);
     assert_eq!(counts(0.01), [5, 3, 5, 3]);
@@ -240,15 +275,26 @@ fn alpha_trades_size_for_regularity() {
 
 #[test]
 fn bad_layouts_are_named() {
-    let error = |sub_sides: Vec<SubSide>, patches: Vec<Patch>| quantise(&Layout { sub_sides, patches }, &Options::default(), &never).unwrap_err();
-    assert_eq!(error(vec![fixed(1), fixed(1)], vec![patch(&[&[0], &[1]])]), QuantiseError::TooShort { patch: 0, perimeter: 2 });
+    let error = |sub_sides: Vec<SubSide>, patches: Vec<Patch>| {
+        quantise(&Layout { sub_sides, patches }, &Options::default(), &never).unwrap_err()
+    };
+    assert_eq!(
+        error(vec![fixed(1), fixed(1)], vec![patch(&[&[0], &[1]])]),
+        QuantiseError::TooShort { patch: 0, perimeter: 2 }
+    );
     assert!(matches!(error(vec![free(f64::NAN)], vec![]), QuantiseError::BadSubSide { sub_side: 0, .. }));
     assert!(matches!(error(vec![fixed(0)], vec![]), QuantiseError::BadSubSide { sub_side: 0, .. }));
-    assert!(matches!(error(vec![free(1.0)], vec![patch(&[&[0], &[0], &[0]])]), QuantiseError::BadSubSide { sub_side: 0, .. }));
+    assert!(matches!(
+        error(vec![free(1.0)], vec![patch(&[&[0], &[0], &[0]])]),
+        QuantiseError::BadSubSide { sub_side: 0, .. }
+    ));
     assert!(matches!(error(vec![free(1.0)], vec![patch(&[&[0], &[1]])]), QuantiseError::BadPatch { patch: 0, .. }));
     assert!(matches!(error(vec![free(1.0)], vec![patch(&[&[0], &[]])]), QuantiseError::BadPatch { patch: 0, .. }));
     let bad = Options { alpha: 1.0, ..Options::default() };
-    assert!(matches!(quantise(&Layout::default(), &bad, &never), Err(QuantiseError::BadOption { option: "alpha", .. })));
+    assert!(matches!(
+        quantise(&Layout::default(), &bad, &never),
+        Err(QuantiseError::BadOption { option: "alpha", .. })
+    ));
     let odd = Layout { sub_sides: vec![free(2.4), free(2.4), free(3.0)], patches: vec![patch(&[&[0], &[1], &[2]])] };
     assert_eq!(quantise(&odd, &Options::default(), &|| true), Err(QuantiseError::Solve(SolveError::Cancelled)));
 }
