@@ -106,16 +106,22 @@ def pip(*arguments: str) -> None:
 def wheel() -> Path:
     """Builds the portable wheel, or finds the one built from the same sources, and installs it into .venv."""
     setup()
-    key = digest([ROOT / name for name in WHEEL_SOURCES])
+    wheel_sources = [ROOT / name for name in WHEEL_SOURCES]
+    key = digest(wheel_sources)
     folder = CACHE / "dist" / key[:16]
     if not list(folder.glob("*.whl")):
         command = ["maturin", "build", "--release", "--locked", "--quiet", "--out", str(folder)]
-        command += ["--manifest-path", str(ROOT / "native" / "python" / "Cargo.toml")]
+        # In the crate's folder: from a folder above .venv, zig names its headers by relative paths, and bindgen, which
+        # runs elsewhere, does not find them.
+        crate = ROOT / "native" / "python"
         if sys.platform == "linux":
             # zig links against an old glibc and brings the C++ library along: runs in every supported Blender.
             command += ["--zig", "--compatibility", "manylinux_2_28"]
         with step("build the wheel (the first time takes 5 to 10 minutes)"):
-            run(command, environment=build_environment())
+            run(command, environment=build_environment(), folder=crate)
+        if digest(wheel_sources) != key:
+            shutil.rmtree(folder)
+            raise Failure("native/ changed during the build; run this again.")
     built = one(folder.glob("*.whl"), f"wheel in {folder}")
     stamp = VENV / "quadloom.sha256"
     if not (stamp.exists() and stamp.read_text() == key):
@@ -330,9 +336,9 @@ def say(text: str) -> None:
     print(f"[dev] {text}", flush=True)
 
 
-def run(command: Sequence[str], environment: dict[str, str] | None = None) -> None:
-    """Runs a command in the repository; a failure ends the verb with the command named."""
-    code = subprocess.run(command, cwd=ROOT, env=environment, stdin=subprocess.DEVNULL).returncode
+def run(command: Sequence[str], environment: dict[str, str] | None = None, folder: Path = ROOT) -> None:
+    """Runs a command in a folder of the repository; a failure ends the verb with the command named."""
+    code = subprocess.run(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL).returncode
     if code != 0:
         raise Failure(f"Exit code {code} from: {' '.join(command)}")
 

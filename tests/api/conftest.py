@@ -23,9 +23,10 @@ def cube_positions() -> np.ndarray:
 
 
 def shipped(name: str, move: tuple[float, float, float] = (0, 0, 0), scale: float = 1.0) -> quadloom.Mesh:
-    """A mesh of blend_fixtures/meshes; `move` is a fraction of its diagonal. Coordinates are float32, as in Blender."""
+    """A mesh of blend_fixtures/meshes, centred, `scale` long across the diagonal, then moved. Float32, as in Blender."""
     positions, faces = meshcheck.read_obj(ROOT / "blend_fixtures" / "meshes" / f"{name}.obj")
-    positions = positions * scale + np.array(move) * np.linalg.norm(np.ptp(positions, axis=0))
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    positions = (positions - (low + high) / 2) * scale / np.linalg.norm(high - low) + move
     return quadloom.Mesh.from_polygons(positions.astype(np.float32), faces)
 
 

@@ -15,7 +15,7 @@ OPERATIONS = ("union", "intersection", "difference")
 
 @pytest.fixture(scope="module")
 def pair() -> tuple[quadloom.Mesh, quadloom.Mesh]:
-    """A sphere-like cube and a torus knot's neighbour: small, and cut in more than one place."""
+    """A cube with one sharp edge, and a rounded character letter half its size through its side."""
     return shipped("lagrange_cube_edge_sharp"), shipped("osd_righthanded", move=(0.2, 0.1, 0.15), scale=0.5)
 
 
