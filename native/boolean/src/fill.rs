@@ -6,7 +6,7 @@
 mod finish;
 mod judge;
 mod matching;
-
+mod patches;
 
 use crate::band::Band;
 use crate::intersect::{Input, Source};
@@ -263,7 +263,6 @@ fn fill_region(
     diagonal: f64,
     monitor: &Monitor,
 ) -> Result<(Fill, RegionReport), Declined> {
-    let _ = options;
     let mut report = RegionReport {
         filler: String::new(),
         quads: 0,
@@ -278,6 +277,7 @@ fn fill_region(
         }
         let answer = match kind {
             Filler::Matching => matching::fill(region, scale, monitor),
+            Filler::Patches => patches::fill(region, scale, options.alpha, monitor),
             _ => continue,
         };
         let finished = answer.and_then(|fill| {

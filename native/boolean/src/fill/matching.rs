@@ -43,7 +43,8 @@ pub fn fill(region: &Region, scale: f64, monitor: &Monitor) -> Result<Fill, Decl
     Ok(Fill { positions, quads: quads.into_iter().map(|q| q.map(|v| number[v as usize])).collect() })
 }
 
-fn because(monitor: &Monitor, reason: &impl std::fmt::Display) -> Declined {
+/// An error as a reason to decline, or the cancellation that caused it.
+pub fn because(monitor: &Monitor, reason: &impl std::fmt::Display) -> Declined {
     match monitor.check() {
         Err(cancelled) => cancelled.into(),
         Ok(()) => Declined::Because(reason.to_string()),
