@@ -10,7 +10,8 @@ mod patches;
 
 use crate::band::Band;
 use crate::intersect::{Input, Source};
-use crate::{Filler, Operation, Options, RegionReport};
+use crate::{Filler, Operation, RegionReport};
+use judge::Score;
 use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -235,6 +236,9 @@ impl Region {
     }
 }
 
+/// Edge lengths tried inside a region, as parts of the planned one, until a fill is flawless.
+const SHRINKS: [f64; 3] = [1.0, 0.7, 0.5];
+
 /// Fills every region with the chosen filler, or with each that can take it, and keeps the best. Regions are filled in
 /// parallel; the result does not depend on the order.
 ///
@@ -243,14 +247,13 @@ impl Region {
 pub fn fill_all(
     regions: &[Region],
     filler: Filler,
-    scale: f64,
-    options: &Options,
+    alpha: f64,
     diagonal: f64,
     monitor: &Monitor,
 ) -> Result<(Vec<Fill>, Vec<RegionReport>), Declined> {
     let filled: Vec<(Fill, RegionReport)> = regions
         .par_iter()
-        .map(|region| fill_region(region, filler, scale, options, diagonal, monitor))
+        .map(|region| fill_region(region, filler, alpha, diagonal, monitor))
         .collect::<Result<_, _>>()?;
     Ok(filled.into_iter().unzip())
 }
@@ -258,8 +261,7 @@ pub fn fill_all(
 fn fill_region(
     region: &Region,
     filler: Filler,
-    scale: f64,
-    options: &Options,
+    alpha: f64,
     diagonal: f64,
     monitor: &Monitor,
 ) -> Result<(Fill, RegionReport), Declined> {
@@ -270,35 +272,29 @@ fn fill_region(
         scores: BTreeMap::new(),
         declined: BTreeMap::new(),
     };
-    let mut best: Option<(f64, Fill)> = None;
-    for (name, kind) in [("patches", Filler::Patches), ("rings", Filler::Rings), ("matching", Filler::Matching)] {
-        if filler != Filler::Auto && filler != kind {
-            continue;
-        }
-        let answer = match kind {
-            Filler::Matching => matching::fill(region, scale, monitor),
-            Filler::Patches => patches::fill(region, scale, options.alpha, monitor),
-            _ => continue,
-        };
-        let finished = answer.and_then(|fill| {
-            region.verify(&fill).map_err(|fault| Declined::Because(format!("before finishing, {fault}")))?;
-            let fill = finish::finish(region, &fill, monitor)?;
-            region.verify(&fill).map_err(Declined::Because)?;
-            Ok(fill)
-        });
-        match finished {
-            Ok(fill) => {
-                let score = judge::score(region, &fill, diagonal, monitor)?;
-                report.scores.insert(name.into(), score);
-                if best.as_ref().is_none_or(|(b, _)| score < *b) {
-                    name.clone_into(&mut report.filler);
-                    best = Some((score, fill));
+    let mut best: Option<(Score, Fill)> = None;
+    for shrink in SHRINKS {
+        for (name, kind) in [("patches", Filler::Patches), ("rings", Filler::Rings), ("matching", Filler::Matching)] {
+            if filler != Filler::Auto && filler != kind {
+                continue;
+            }
+            match fill_with(region, kind, shrink, alpha, monitor) {
+                Ok(fill) => {
+                    let score = judge::score(region, &fill, diagonal, monitor)?;
+                    report.scores.insert(name.into(), score.total);
+                    if best.as_ref().is_none_or(|(b, _)| score.total < b.total) {
+                        name.clone_into(&mut report.filler);
+                        best = Some((score, fill));
+                    }
+                }
+                Err(Declined::Cancelled(c)) => return Err(c.into()),
+                Err(Declined::Because(reason)) => {
+                    report.declined.insert(name.into(), reason);
                 }
             }
-            Err(Declined::Cancelled(c)) => return Err(c.into()),
-            Err(Declined::Because(reason)) => {
-                report.declined.insert(name.into(), reason);
-            }
+        }
+        if best.as_ref().is_some_and(|(score, _)| score.flawless) {
+            break;
         }
     }
     let Some((_, fill)) = best else {
@@ -307,4 +303,17 @@ fn fill_region(
     };
     report.quads = fill.quads.len();
     Ok((fill, report))
+}
+
+/// One filler's finished and verified answer.
+fn fill_with(region: &Region, kind: Filler, shrink: f64, alpha: f64, monitor: &Monitor) -> Result<Fill, Declined> {
+    let raw = match kind {
+        Filler::Patches => patches::fill(region, shrink, alpha, monitor),
+        Filler::Rings => Err(Declined::Because("rings".into())),
+        Filler::Matching | Filler::Auto => matching::fill(region, shrink, monitor),
+    }?;
+    region.verify(&raw).map_err(|fault| Declined::Because(format!("before finishing, {fault}")))?;
+    let fill = finish::finish(region, &raw, monitor)?;
+    region.verify(&fill).map_err(Declined::Because)?;
+    Ok(fill)
 }

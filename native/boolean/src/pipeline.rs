@@ -41,7 +41,7 @@ pub fn boolean(
     options: &Options,
     monitor: &Monitor,
 ) -> Result<Output, BooleanError> {
-    let mut clock = Clock::default();
+    let mut clock = Clock { last: Some(Instant::now()), ..Clock::default() };
     options.check()?;
     monitor.stage("check", 0.0)?;
     inspect::inspect(a, 0, monitor)?;
@@ -100,10 +100,10 @@ impl Job<'_> {
     fn attempts(&self) -> Vec<Attempt> {
         let (distance, filler) = (self.options.retraction_distance, self.options.filler);
         let mut list: Vec<Attempt> =
-            [1.0, 0.75, 0.6, 0.5].map(|scale| Attempt { scale, distance, filler }).to_vec();
+            [1.0, 0.75, 0.5].map(|scale| Attempt { scale, distance, filler }).to_vec();
         list.extend([1.0, 0.6].map(|scale| Attempt { scale, distance: distance + 1.0, filler }));
         if filler == Filler::Auto {
-            list.extend([0.75, 0.5].map(|scale| Attempt { scale, distance, filler: Filler::Matching }));
+            list.push(Attempt { scale: 0.6, distance, filler: Filler::Matching });
         }
         list
     }
@@ -176,7 +176,7 @@ impl Job<'_> {
         self.clock.lap("plan");
         monitor.stage("fill", monitor.progress().1)?;
         let regions = resampled.regions(inputs, self.operation, &kept, &band)?;
-        let (fills, reports) = fill::fill_all(&regions, attempt.filler, attempt.scale, self.options, diagonal, monitor)
+        let (fills, reports) = fill::fill_all(&regions, attempt.filler, self.options.alpha, diagonal, monitor)
             .map_err(|declined| match declined {
                 Declined::Cancelled(cancelled) => cancelled.into(),
                 Declined::Because(reason) => infeasible("no_fill", reason),

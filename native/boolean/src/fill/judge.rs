@@ -10,12 +10,21 @@ const FAULT: f64 = 10.0;
 /// Scaled Jacobian below which the worst quad costs extra.
 const WANTED_JACOBIAN: f64 = 0.3;
 
+/// The judgement of a fill.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// Lower is better.
+    pub total: f64,
+    /// No inverted quad, no self-intersection, near enough to the surface.
+    pub flawless: bool,
+}
+
 /// Scores a fill by faults (inverted quads, self-intersections), distance from the surface beyond half the limit,
 /// irregular vertices per border edge, and shape (worst and mean scaled Jacobian).
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn score(region: &Region, fill: &Fill, diagonal: f64, monitor: &Monitor) -> Result<f64, Cancelled> {
+pub fn score(region: &Region, fill: &Fill, diagonal: f64, monitor: &Monitor) -> Result<Score, Cancelled> {
     let points = region.points(fill);
     let at = |v: u32| points[v as usize];
     let jacobians: Vec<f64> = fill.quads.iter().map(|q| scaled_jacobian(q.map(at))).collect();
@@ -26,16 +35,23 @@ pub fn score(region: &Region, fill: &Fill, diagonal: f64, monitor: &Monitor) -> 
     let (triangles, _) = TriangleMesh::from_polygons(&quads);
     faults += self_intersections(&triangles, monitor)?.len();
 
+    // The surface of the quad between its vertices: where its diagonals cross, and the middles of its sides.
     let centre = |q: &[u32; 4]| q.iter().map(|&v| at(v)).sum::<DVec3>() / 4.0;
-    let distance = fill.quads.iter().map(|q| region.under.distance(centre(q))).fold(0.0, f64::max) / diagonal;
+    let samples = |q: &[u32; 4]| {
+        let [a, b, c, d] = q.map(at);
+        [centre(q), a.midpoint(b), b.midpoint(c), c.midpoint(d), d.midpoint(a)]
+    };
+    let distance = fill.quads.iter().flat_map(|q| samples(q)).map(|p| region.under.distance(p)).fold(0.0, f64::max)
+        / diagonal;
 
     let topology = Topology::new(points.len(), &fill.quads);
     let inner = region.rim_count as u32..points.len() as u32;
     let irregular = inner.map(|v| (topology.around(v).count() as f64 - 4.0).abs()).sum::<f64>();
     let border: usize = region.loops.iter().map(Vec::len).sum();
-    Ok(FAULT * faults as f64
+    let total = FAULT * faults as f64
         + (2.0 * distance / DISTANCE_LIMIT - 1.0).max(0.0)
         + irregular / border as f64
         + 4.0 * (1.0 - mean)
-        + 5.0 * (WANTED_JACOBIAN - worst).max(0.0))
+        + 5.0 * (WANTED_JACOBIAN - worst).max(0.0);
+    Ok(Score { total, flawless: faults == 0 && distance <= DISTANCE_LIMIT })
 }
