@@ -344,11 +344,12 @@ def run(command: Sequence[str], environment: dict[str, str] | None = None, folde
 
 
 def sources(paths: Iterable[Path]) -> list[Path]:
-    """The files under `paths` in a fixed order, without what Python leaves behind."""
+    """The files under `paths` in a fixed order, without what Python and its tools leave behind."""
     found: list[Path] = []
     for path in paths:
         found += [path] if path.is_file() else [p for p in path.rglob("*") if p.is_file()]
-    return sorted(path for path in found if "__pycache__" not in path.parts)
+    left_behind = re.compile(r"^(__pycache__|\..*)$")
+    return sorted(p for p in found if not any(left_behind.match(part) for part in p.relative_to(ROOT).parts))
 
 
 def digest(paths: Iterable[Path], extra: str = "") -> str:

@@ -8,7 +8,7 @@ import meshcheck
 import numpy as np
 import pytest
 import quadloom
-from conftest import polygons, shipped
+from meshes import polygons, shipped
 
 OPERATIONS = ("union", "intersection", "difference")
 

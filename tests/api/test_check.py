@@ -6,7 +6,7 @@ import meshcheck
 import numpy as np
 import pytest
 import quadloom
-from conftest import CUBE_FACES, ROOT, cube_positions, polygons, shipped
+from meshes import CUBE_FACES, ROOT, cube_positions, polygons, shipped
 
 SHIPPED = sorted(
     path.relative_to(ROOT / "blend_fixtures" / "meshes") for path in (ROOT / "blend_fixtures" / "meshes").rglob("*.obj")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import quadloom
-from conftest import CUBE_FACES, cube_positions
+from meshes import CUBE_FACES, cube_positions
 
 OFFSETS = np.arange(0, 25, 4)
 CORNERS = np.ravel(CUBE_FACES)

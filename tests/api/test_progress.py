@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 import quadloom
-from conftest import CUBE_FACES, cube_positions
+from meshes import CUBE_FACES, cube_positions
 
 # Time from asking to stop until the call has ended; the second value allows for a busy machine.
 CANCEL_SECONDS = 0.2

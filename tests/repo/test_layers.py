@@ -10,7 +10,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import ROOT
+from repository import ROOT
 
 # Crate -> the crates it may use. testkit is for tests only: a dev-dependency, so it is in no list but its own.
 MAY_USE = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from conftest import ROOT
+from repository import ROOT
 
 ROWS = [
     [cell.strip() for cell in line.strip().strip("|").split("|")]
