@@ -239,7 +239,11 @@ impl Region {
 /// Edge lengths tried inside a region, as parts of the planned one, until a fill is flawless.
 const SHRINKS: [f64; 3] = [1.0, 0.7, 0.5];
 
-/// Fills every region with the chosen filler, or with each that can take it, and keeps the best. Regions are filled in
+/// A flawless fill that scores below this needs no rival: fewer than half an irregular vertex for each border edge, and
+/// shapes near squares.
+const GOOD_SCORE: f64 = 0.8;
+
+/// Fills every region with the chosen filler, or with each that can take it until one is good, and keeps the best. Regions are filled in
 /// parallel; the result does not depend on the order.
 ///
 /// # Errors
@@ -285,6 +289,9 @@ fn fill_region(
                     if best.as_ref().is_none_or(|(b, _)| score.total < b.total) {
                         name.clone_into(&mut report.filler);
                         best = Some((score, fill));
+                    }
+                    if score.flawless && score.total < GOOD_SCORE {
+                        break;
                     }
                 }
                 Err(Declined::Cancelled(c)) => return Err(c.into()),
