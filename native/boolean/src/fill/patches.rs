@@ -14,7 +14,7 @@ use glam::DVec2;
 use mesh::{DVec3, Monitor, TriangleMesh, scaled_jacobian};
 use quadrangulate::layout::{LayoutOptions, PatchLayout, SubSideKind, trace_layout};
 use quadrangulate::quantise::{self, quantise};
-use quadrangulate::{DiskSurface, Filler, place};
+use quadrangulate::{DiskSurface, Filler, Method, place};
 use std::collections::BTreeMap;
 use surface::closest::ClosestPoint;
 use surface::parametrize::lscm;
@@ -194,10 +194,14 @@ impl Build<'_> {
             sides.push((border.len() - start) as u32);
         }
         let rim: Vec<DVec3> = border.iter().map(|&v| self.position(v)).collect();
-        let candidates = self
+        let mut candidates = self
             .filler
             .candidates_with_angles(&sides, &surface.corner_angles(), MOST_PATTERNS)
             .map_err(|e| because(monitor, &e))?;
+        if candidates.iter().any(|c| c.method == Method::Flattened) {
+            // One quad at a blunt corner may still be better than two: in a slanted strip, for instance.
+            candidates.extend(self.filler.candidates(&sides, MOST_PATTERNS).map_err(|e| because(monitor, &e))?);
+        }
         let flat = surface.flat();
         let mut best: Option<(f64, Vec<[u32; 4]>, Vec<DVec3>)> = None;
         let mut tried = 0;
