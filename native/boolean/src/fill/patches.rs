@@ -63,8 +63,7 @@ pub fn fill(region: &Region, scale: f64, alpha: f64, monitor: &Monitor) -> Resul
     let counts = counts(&layout, region, &size, alpha, monitor)?;
 
     // Rim vertices keep their numbers.
-    let number: BTreeMap<u32, u32> =
-        (0..region.rim_count).map(|k| (vertex[k], k as u32)).collect();
+    let number: BTreeMap<u32, u32> = (0..region.rim_count).map(|k| (vertex[k], k as u32)).collect();
     let mut build = Build { region, layout: &layout, number, fill: Fill::default(), filler: Filler::new() };
     let paths: Vec<Vec<u32>> = (0..counts.len()).map(|s| build.path(s, counts[s])).collect::<Result<_, _>>()?;
     for patch in 0..layout.patches.len() {
