@@ -277,6 +277,7 @@ fn fill_region(
         declined: BTreeMap::new(),
     };
     let mut best: Option<(Score, Fill)> = None;
+    let mut before = f64::INFINITY;
     for shrink in SHRINKS {
         for (name, kind) in [("patches", Filler::Patches), ("rings", Filler::Rings), ("matching", Filler::Matching)] {
             if filler != Filler::Auto && filler != kind {
@@ -300,9 +301,12 @@ fn fill_region(
                 }
             }
         }
-        if best.as_ref().is_some_and(|(score, _)| score.flawless) {
+        let Some((score, _)) = &best else { continue };
+        // Where smaller quads do not help, the fault lies in the rim: that is for another plan of the lines.
+        if score.flawless || score.total > 0.9 * before {
             break;
         }
+        before = score.total;
     }
     let Some((_, fill)) = best else {
         let reasons: Vec<String> = report.declined.iter().map(|(name, why)| format!("{name}: {why}")).collect();
