@@ -6,6 +6,7 @@
 mod finish;
 mod judge;
 mod matching;
+mod rings;
 
 
 use crate::band::Band;
@@ -277,6 +278,7 @@ fn fill_region(
             continue;
         }
         let answer = match kind {
+            Filler::Rings => rings::fill(region, scale, monitor),
             Filler::Matching => matching::fill(region, scale, monitor),
             _ => continue,
         };
