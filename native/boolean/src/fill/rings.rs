@@ -15,8 +15,8 @@ use strip::{Lifted, Strip, Walk, edges_of, harmonic};
 use surface::remesh::{RemeshOptions, remesh};
 use surface::smooth_star::Reference;
 
-/// What a column of one edge against three costs, in units of a column sheared by 45 degrees.
-const TRANSITION_COST: f64 = 3.0;
+/// What a column of one edge against three costs, half of one against five, in units of a column sheared by 45 degrees.
+const TRANSITION_COST: f64 = 10.0;
 
 /// The quads at a kept border vertex are what the kept ones leave of four, unless the angle is off by more right angles.
 const ANGLE_TOLERANCE: f64 = 0.75;
@@ -27,7 +27,7 @@ const SHORTEST_LOOP: usize = 4;
 /// Fills an annulus. Costs O(n^1.5) for the remeshed surface of n triangles and O(a b) for loops of a and b edges.
 ///
 /// # Errors
-/// [`Declined`] for any other region, when one loop has over three times the edges of the other, or remeshing fails.
+/// [`Declined`] for any other region, when one loop has over five times the edges of the other, or remeshing fails.
 pub fn fill(region: &Region, scale: f64, monitor: &Monitor) -> Result<Fill, Declined> {
     let [lower, upper] = match &region.loops[..] {
         [a, b] if region.inner_lines.is_empty() => [a, b],
@@ -170,7 +170,7 @@ struct Pairing {
     columns: Vec<[u32; 2]>,
 }
 
-/// Pairs each edge with one, or with three where counts differ, with the least shear.
+/// Pairs each edge with one, or with three or five where counts differ, with the least shear.
 fn pair(bottom: &Rail, top: &Rail, rows: usize) -> Option<Pairing> {
     let (n, m) = (bottom.points.len(), top.points.len());
     let columns = n.max(m) as f64;
@@ -192,9 +192,9 @@ fn pair(bottom: &Rail, top: &Rail, rows: usize) -> Option<Pairing> {
         cost[0] = 0.0;
         for i in 0..=n {
             for j in 0..=m {
-                for step in [[1, 1], [1, 3], [3, 1]] {
+                for step in [[1, 1], [1, 3], [3, 1], [1, 5], [5, 1]] {
                     let (Some(a), Some(b)) = (i.checked_sub(step[0]), j.checked_sub(step[1])) else { continue };
-                    let extra = if step == [1, 1] { 0.0 } else { TRANSITION_COST };
+                    let extra = TRANSITION_COST * (step[0] + step[1] - 2) as f64 / 2.0;
                     let total = cost[a * (m + 1) + b] + extra + shear(i, j);
                     if total < cost[i * (m + 1) + j] {
                         cost[i * (m + 1) + j] = total;
@@ -279,7 +279,7 @@ impl Quads {
     /// Rows of quads between two rails of rising angle.
     fn concentric(&mut self, bottom: &Rail, top: &Rail, rows: usize) -> Result<(), Declined> {
         let pairing = pair(bottom, top, rows)
-            .ok_or_else(|| Declined::Because("one border loop has over three times the edges of the other".into()))?;
+            .ok_or_else(|| Declined::Because("one border loop has over five times the edges of the other".into()))?;
         let runs = pairing.runs();
         // Radial lines between the runs, upwards, without their ends.
         let lines: Vec<Vec<u32>> = runs.iter().map(|_| (1..rows).map(|_| self.vertex()).collect()).collect();
