@@ -7,6 +7,7 @@
 
 mod strip;
 
+use super::matching::TRIANGLE_EDGE;
 use super::{Declined, Fill, Region};
 use mesh::{Monitor, Topology};
 use quadrangulate::Filler;
@@ -38,8 +39,10 @@ pub fn fill(region: &Region, scale: f64, monitor: &Monitor) -> Result<Fill, Decl
     if region.surface.positions.len() + region.surface.triangles.len() != topology.edges().count() {
         return Err(Declined::Because("the region has handles".into()));
     }
-    let size: Vec<f64> = region.size.iter().map(|s| s * scale).collect();
+    let size: Vec<f64> = region.size.iter().map(|s| s * scale * TRIANGLE_EDGE).collect();
     let made = remesh(&region.surface, &[], &size, &RemeshOptions::default(), monitor).map_err(|e| because(monitor, &e))?;
+    // Two triangles make a quad; as many rows follow as make that many quads.
+    let wanted = 0.5 * made.mesh.triangles.len() as f64;
     let in_mesh = |walk: &[u32]| walk.iter().map(|&v| made.vertex[v as usize]).collect::<Vec<u32>>();
     let strip = Strip::new(made.mesh, [&in_mesh(lower), &in_mesh(upper)], monitor)?;
 
@@ -61,8 +64,8 @@ pub fn fill(region: &Region, scale: f64, monitor: &Monitor) -> Result<Fill, Decl
         rails.push(if has_row { quads.first_row(&walk, &ends, turn) } else { Rail::along(&walk) });
     }
     let [bottom, top] = [rails[0].clone(), rails[1].reversed()];
-    let mean_size = lower.iter().chain(upper).map(|&v| size[v as usize]).sum::<f64>() / (lower.len() + upper.len()) as f64;
-    let rows = ((strip.width() / mean_size).round() as usize).saturating_sub(rows_used).max(1);
+    let mean_count = 0.5 * (lower.len() + upper.len()) as f64;
+    let rows = ((wanted / mean_count).round() as usize).saturating_sub(rows_used).max(1);
     quads.concentric(&bottom, &top, rows)?;
     monitor.check()?;
 
@@ -304,5 +307,106 @@ impl Quads {
             column += run;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fill::Under;
+    use crate::intersect::Source;
+    use glam::{DVec2, DVec3};
+    use surface::closest::ClosestPoint;
+    use testkit::plane_region::{circle, plane_region, subdivided};
+
+    /// The region between plane loops, lifted, its rim first.
+    fn annulus(loops: &[Vec<DVec2>], lift: impl Fn(DVec2) -> DVec3) -> Region {
+        let surface = plane_region(loops, lift);
+        let topology = Topology::of_triangles(&surface);
+        let walk = |w: Vec<u32>| w.into_iter().map(|h| topology.from(h)).collect::<Vec<u32>>();
+        let loops: Vec<Vec<u32>> = topology.border_loops().into_iter().map(walk).collect();
+        let rim_count = loops.iter().map(Vec::len).sum();
+        let edge = |w: &Vec<u32>, k: usize| {
+            surface.positions[w[k] as usize].distance(surface.positions[w[(k + 1) % w.len()] as usize])
+        };
+        let total: f64 = loops.iter().flat_map(|w| (0..w.len()).map(move |k| edge(w, k))).sum();
+        let triangles = surface.triangles.len();
+        Region {
+            rim_count,
+            rim: (0..rim_count as u32).collect(),
+            loops,
+            inner_lines: vec![],
+            line_edges: vec![],
+            outside: vec![0; rim_count],
+            size: vec![total / rim_count as f64; surface.positions.len()],
+            under: Under {
+                closest: ClosestPoint::new(&surface),
+                normals: (0..triangles).map(|t| surface.area_normal(t).normalize()).collect(),
+                source: vec![Source { mesh: 0, triangle: 0 }; triangles],
+            },
+            surface,
+        }
+    }
+
+    fn filled(region: &Region) -> (Fill, usize) {
+        let fill = fill(region, 1.0, &Monitor::new()).unwrap();
+        region.verify(&fill).unwrap();
+        let topology = Topology::new(region.rim_count + fill.positions.len(), &fill.quads);
+        let inner = region.rim_count..region.rim_count + fill.positions.len();
+        let irregular = inner.filter(|&v| topology.around(v as u32).count() != 4).count();
+        (fill, irregular)
+    }
+
+    #[test]
+    fn equal_counts_give_a_grid() {
+        let loops = [circle(DVec2::ZERO, 3.0, 24), circle(DVec2::ZERO, 1.5, 24)];
+        let (fill, irregular) = filled(&annulus(&loops, |p| p.extend(0.0)));
+        assert_eq!((fill.quads.len() % 24, irregular), (0, 0));
+    }
+
+    #[test]
+    fn unequal_counts_are_taken_up_inside() {
+        for (outer, inner) in [(32, 24), (30, 12), (40, 10), (8, 26)] {
+            let loops = [circle(DVec2::ZERO, 3.0, outer), circle(DVec2::new(0.3, 0.0), 1.2, inner)];
+            filled(&annulus(&loops, |p| p.extend(0.0)));
+        }
+    }
+
+    #[test]
+    fn a_square_hole_gets_three_quads_at_each_corner() {
+        let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(DVec2::from);
+        let loops = [circle(DVec2::ZERO, 3.0, 24), subdivided(&square, 0.5)];
+        let region = annulus(&loops, |p| p.extend(0.0));
+        let (fill, irregular) = filled(&region);
+        assert_eq!(irregular, 0, "the row along the hole has as many edges as the circle");
+        let corner = |p: DVec3| square.iter().any(|c| c.extend(0.0).distance(p) < 1e-9);
+        for v in (0..region.rim_count).filter(|&v| corner(region.surface.positions[v])) {
+            assert_eq!(fill.quads.iter().flatten().filter(|&&u| u as usize == v).count(), 3);
+        }
+    }
+
+    #[test]
+    fn a_square_outside_gets_one_quad_at_each_corner() {
+        let square = [(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(DVec2::from);
+        let region = annulus(&[subdivided(&square, 0.75), circle(DVec2::ZERO, 1.0, 12)], |p| p.extend(0.0));
+        let (fill, _) = filled(&region);
+        let corner = |p: DVec3| square.iter().any(|c| c.extend(0.0).distance(p) < 1e-9);
+        for v in (0..region.rim_count).filter(|&v| corner(region.surface.positions[v])) {
+            assert_eq!(fill.quads.iter().flatten().filter(|&&u| u as usize == v).count(), 1);
+        }
+    }
+
+    #[test]
+    fn vertices_stay_on_a_cone() {
+        let loops = [circle(DVec2::ZERO, 3.0, 28), circle(DVec2::ZERO, 1.0, 14)];
+        let region = annulus(&loops, |p| p.extend(2.0 * p.length()));
+        let (fill, _) = filled(&region);
+        assert!(fill.positions.iter().all(|&p| region.under.distance(p) < 1e-9));
+    }
+
+    #[test]
+    fn a_disk_is_declined() {
+        let disk = annulus(&[circle(DVec2::ZERO, 3.0, 24)], |p| p.extend(0.0));
+        assert!(matches!(fill(&disk, 1.0, &Monitor::new()), Err(Declined::Because(_))));
     }
 }

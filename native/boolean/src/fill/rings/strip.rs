@@ -15,9 +15,6 @@ use surface::parametrize::Flat;
 /// harmonic angle hardly moves, keep some room.
 const BY_LENGTH: f64 = 0.5;
 
-/// Points at which the width is measured across.
-const ACROSS: usize = 8;
-
 /// A vertex, and how many turns it is away from where the vertex was laid first.
 pub type Lifted = (u32, i32);
 
@@ -62,7 +59,6 @@ impl Strip {
                 angles[v as usize] = Some(walk.angles[k] + raw - natural);
                 heights[v as usize] = Some(height);
             }
-            debug_assert_eq!(walk.vertices.len(), walk.angles.len());
         }
         let angle = harmonic(count, &edges, &angles).map_err(|e| because(monitor, &e))?;
         let level = edges.iter().map(|&(a, b, _)| (a, b, 0)).collect::<Vec<_>>();
@@ -87,16 +83,6 @@ impl Strip {
         let place = self.flat.locate(DVec2::new(angle - angle.floor(), height)).expect("the strip is not empty");
         let [a, b, c] = self.mesh.points(place.triangle as usize % self.mesh.triangles.len());
         a * place.weights.x + b * place.weights.y + c * place.weights.z
-    }
-
-    /// The mean length of the lines of equal angle through the lower border's vertices, scene units.
-    pub fn width(&self) -> f64 {
-        let across = |&angle: &f64| {
-            let points: Vec<DVec3> = (0..=ACROSS).map(|k| self.point(angle, k as f64 / ACROSS as f64)).collect();
-            points.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>()
-        };
-        let angles = &self.walks[0].angles;
-        angles.iter().map(across).sum::<f64>() / angles.len() as f64
     }
 }
 
