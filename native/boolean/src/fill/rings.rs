@@ -223,13 +223,21 @@ fn pair(bottom: &Rail, top: &Rail, rows: usize) -> Option<Pairing> {
 }
 
 impl Pairing {
-    /// Numbers of columns in runs that hold one transition each, divided halfway between transitions.
-    fn runs(&self) -> Vec<usize> {
+    /// Numbers of columns in runs that hold one transition each, at most, and reach at most `reach` columns from it: a
+    /// wider patch with a transition would be given more rows all along.
+    fn runs(&self, reach: usize) -> Vec<usize> {
         let transitions: Vec<usize> = (0..self.columns.len()).filter(|&k| self.columns[k] != [1, 1]).collect();
         let mut ends: Vec<usize> = transitions.windows(2).map(|w| (w[0] + w[1]).div_ceil(2)).collect();
         ends.push(self.columns.len());
+        for (k, &t) in transitions.iter().enumerate() {
+            let before = if k == 0 { 0 } else { (transitions[k - 1] + t).div_ceil(2) };
+            let after = transitions.get(k + 1).map_or(self.columns.len(), |&u| (t + u).div_ceil(2));
+            ends.extend([t.saturating_sub(reach).max(before), (t + 1 + reach).min(after)]);
+        }
+        ends.sort_unstable();
+        ends.dedup();
         let mut start = 0;
-        ends.into_iter().map(|end| end - std::mem::replace(&mut start, end)).collect()
+        ends.into_iter().filter(|&end| end > 0).map(|end| end - std::mem::replace(&mut start, end)).collect()
     }
 }
 
@@ -283,7 +291,7 @@ impl Quads {
     fn concentric(&mut self, bottom: &Rail, top: &Rail, rows: usize) -> Result<(), Declined> {
         let pairing = pair(bottom, top, rows)
             .ok_or_else(|| Declined::Because("one border loop has over five times the edges of the other".into()))?;
-        let runs = pairing.runs();
+        let runs = pairing.runs(rows);
         // Radial lines between the runs, upwards, without their ends.
         let lines: Vec<Vec<u32>> = runs.iter().map(|_| (1..rows).map(|_| self.vertex()).collect()).collect();
         let mut filler = Filler::new();
