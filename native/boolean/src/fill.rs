@@ -7,6 +7,8 @@ mod finish;
 mod judge;
 mod matching;
 mod patches;
+mod rings;
+
 
 use crate::band::Band;
 use crate::intersect::{Input, Source};
@@ -298,6 +300,28 @@ fn fill_region(
                 Err(Declined::Cancelled(c)) => return Err(c.into()),
                 Err(Declined::Because(reason)) => {
                     report.declined.insert(name.into(), reason);
+    let mut best: Option<(f64, Fill)> = None;
+    for (name, kind) in [("patches", Filler::Patches), ("rings", Filler::Rings), ("matching", Filler::Matching)] {
+        if filler != Filler::Auto && filler != kind {
+            continue;
+        }
+        let answer = match kind {
+            Filler::Rings => rings::fill(region, scale, monitor),
+            Filler::Matching => matching::fill(region, scale, monitor),
+            _ => continue,
+        };
+        let finished = answer.and_then(|fill| {
+            let fill = finish::finish(region, &fill, monitor)?;
+            region.verify(&fill).map_err(Declined::Because)?;
+            Ok(fill)
+        });
+        match finished {
+            Ok(fill) => {
+                let score = judge::score(region, &fill, diagonal, monitor)?;
+                report.scores.insert(name.into(), score);
+                if best.as_ref().is_none_or(|(b, _)| score < *b) {
+                    name.clone_into(&mut report.filler);
+                    best = Some((score, fill));
                 }
             }
         }
