@@ -42,13 +42,6 @@ pub struct Plan {
     pub size: Vec<f64>,
 }
 
-impl Plan {
-    /// Number of edges of arc `k`.
-    pub fn count(&self, k: usize) -> usize {
-        self.positions[k].len() + 1
-    }
-}
-
 /// The regions whose border is odd and cannot be made even by moving counts along lines they share.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OddRegions(pub Vec<u32>);

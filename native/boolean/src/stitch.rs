@@ -24,8 +24,6 @@ pub struct Stitched {
     pub piece_source: BTreeMap<u32, [CornerSource; 4]>,
     /// Output vertex of each vertex of the resampled band, [`NONE`] for those not on a rim.
     pub band_vertex: Vec<u32>,
-    /// Number of vertices that are an input's.
-    pub kept_vertices: usize,
 }
 
 /// Joins kept quads, pieces of split ones, and fills. `border_vertex` says which input vertex a band vertex is.
@@ -89,7 +87,6 @@ pub fn stitch(
         corners.push(quad);
         face_source.push([-1, -1]);
     }
-    let kept_vertices = positions.len();
     let mut face_region = vec![NONE; corners.len()];
     let mut band_vertex = vec![NONE; band_positions.len()];
     for (slot, border) in band_vertex.iter_mut().zip(border_vertex) {
@@ -118,5 +115,12 @@ pub fn stitch(
         }
     }
     let mesh = PolygonMesh::from_polygons(positions, &corners).expect("indices from this function");
-    Stitched { mesh, face_source, face_region, piece_source, band_vertex, kept_vertices }
+    Stitched { mesh, face_source, face_region, piece_source, band_vertex }
+}
+
+impl Stitched {
+    /// Faces that are no input's.
+    pub fn new_faces(&self) -> Vec<u32> {
+        (0..self.face_source.len() as u32).filter(|&f| self.face_source[f as usize][0] < 0).collect()
+    }
 }
