@@ -119,8 +119,7 @@ struct Done {
 impl Job<'_> {
     fn attempts(&self) -> Vec<Attempt> {
         let (distance, filler) = (self.options.retraction_distance, self.options.filler);
-        let mut list: Vec<Attempt> =
-            [1.0, 0.75, 0.5].map(|scale| Attempt { scale, distance, filler }).to_vec();
+        let mut list: Vec<Attempt> = [1.0, 0.75, 0.5].map(|scale| Attempt { scale, distance, filler }).to_vec();
         list.extend([1.0, 0.6].map(|scale| Attempt { scale, distance: distance + 1.0, filler }));
         if filler == Filler::Auto {
             list.push(Attempt { scale: 0.6, distance, filler: Filler::Matching });
@@ -187,7 +186,10 @@ impl Job<'_> {
                 Err(OddRegions(odd)) => {
                     monitor.check()?;
                     if !strips.split_shortest(inputs, &kept, &odd_borders(&band)) {
-                        return Err(infeasible("odd", format!("{} regions along the cut have an odd border", odd.len())));
+                        return Err(infeasible(
+                            "odd",
+                            format!("{} regions along the cut have an odd border", odd.len()),
+                        ));
                     }
                 }
             }
@@ -202,16 +204,7 @@ impl Job<'_> {
                 Declined::Because(reason) => infeasible("no_fill", reason),
             })?;
         self.clock.lap("fill");
-        let stitched = stitch(
-            inputs,
-            self.operation,
-            &kept,
-            &strips,
-            &resampled.surface.positions,
-            &resampled.border_vertex,
-            &regions,
-            &fills,
-        );
+        let stitched = stitch(inputs, self.operation, &kept, &strips, &resampled, &regions, &fills);
         self.clock.lap("stitch");
         let lines = resampled
             .arcs
@@ -261,6 +254,12 @@ impl Job<'_> {
             warnings,
             seconds: self.clock.seconds,
         };
-        Ok(Output { mesh, face_source: done.stitched.face_source, corner_source, intersection_edges: done.lines, report })
+        Ok(Output {
+            mesh,
+            face_source: done.stitched.face_source,
+            corner_source,
+            intersection_edges: done.lines,
+            report,
+        })
     }
 }

@@ -6,9 +6,10 @@
 use crate::fill::{Fill, Region};
 use crate::intersect::Input;
 use crate::polychord::Strips;
+use crate::resample::Resampled;
 use crate::retract::Kept;
 use crate::{CornerSource, Operation};
-use mesh::{DVec3, NONE, PolygonMesh};
+use mesh::{NONE, PolygonMesh};
 use std::collections::BTreeMap;
 
 /// The stitched mesh with what is needed to finish and report it.
@@ -26,14 +27,13 @@ pub struct Stitched {
     pub band_vertex: Vec<u32>,
 }
 
-/// Joins kept quads, pieces of split ones, and fills. `border_vertex` says which input vertex a band vertex is.
+/// Joins kept quads, pieces of split ones, and fills. `band` says which input vertices its border consists of.
 pub fn stitch(
     inputs: &[Input<'_>; 2],
     operation: Operation,
     kept: &Kept,
     strips: &Strips,
-    band_positions: &[DVec3],
-    border_vertex: &[Option<(u8, u32)>],
+    band: &Resampled,
     regions: &[Region],
     fills: &[Fill],
 ) -> Stitched {
@@ -46,7 +46,8 @@ pub fn stitch(
     for (m, input) in inputs.iter().enumerate() {
         let turned = m == 1 && operation == Operation::Difference;
         let split: Vec<_> = strips.split[m].keys().copied().collect();
-        let split: Vec<_> = split.into_iter().flat_map(|f| strips.pieces(input, m, f).into_iter().map(move |p| (f, p))).collect();
+        let split: Vec<_> =
+            split.into_iter().flat_map(|f| strips.pieces(input, m, f).into_iter().map(move |p| (f, p))).collect();
         let mut used = vec![false; input.quads.vertex_count() + strips.positions[m].len()];
         for f in (0..kept[m].len()).filter(|&f| kept[m][f]) {
             for &v in input.quads.face(f) {
@@ -88,8 +89,8 @@ pub fn stitch(
         face_source.push([-1, -1]);
     }
     let mut face_region = vec![NONE; corners.len()];
-    let mut band_vertex = vec![NONE; band_positions.len()];
-    for (slot, border) in band_vertex.iter_mut().zip(border_vertex) {
+    let mut band_vertex = vec![NONE; band.surface.positions.len()];
+    for (slot, border) in band_vertex.iter_mut().zip(&band.border_vertex) {
         if let &Some((m, v)) = border {
             *slot = number[m as usize][v as usize];
         }
@@ -98,7 +99,7 @@ pub fn stitch(
         for &v in &region.rim {
             if band_vertex[v as usize] == NONE {
                 band_vertex[v as usize] = positions.len() as u32;
-                positions.push(band_positions[v as usize]);
+                positions.push(band.surface.positions[v as usize]);
             }
         }
     }

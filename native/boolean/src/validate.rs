@@ -99,16 +99,18 @@ impl Verdict {
     }
 }
 
+/// Root of `v` in a forest of parents, halving the path.
+fn find(parent: &mut [u32], mut v: u32) -> u32 {
+    while parent[v as usize] != v {
+        parent[v as usize] = parent[parent[v as usize] as usize];
+        v = parent[v as usize];
+    }
+    v
+}
+
 /// Vertices, edges and faces in use: V - E + F and the number of pieces.
 pub fn euler_and_components(vertex_count: usize, topology: &Topology) -> (i64, usize) {
     let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
-    fn find(parent: &mut [u32], mut v: u32) -> u32 {
-        while parent[v as usize] != v {
-            parent[v as usize] = parent[parent[v as usize] as usize];
-            v = parent[v as usize];
-        }
-        v
-    }
     let mut edges = 0;
     for h in topology.edges() {
         edges += 1;
@@ -148,7 +150,13 @@ fn check_topology(mesh: &PolygonMesh, topology: &Topology, cut: &Cut) -> Result<
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn validate(stitched: &Stitched, cut: &Cut, band: &Band, diagonal: f64, monitor: &Monitor) -> Result<Verdict, Cancelled> {
+pub fn validate(
+    stitched: &Stitched,
+    cut: &Cut,
+    band: &Band,
+    diagonal: f64,
+    monitor: &Monitor,
+) -> Result<Verdict, Cancelled> {
     let mesh = &stitched.mesh;
     let topology = Topology::of(mesh);
     let mut verdict = Verdict { topology: check_topology(mesh, &topology, cut).err(), ..Verdict::default() };
