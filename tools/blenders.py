@@ -165,7 +165,7 @@ def _ensure_bpy(name: str) -> Runtime:
         if needed:
             with _timed(f"install bpy {version} into {folder}"):
                 subprocess.run([_python_311(), "-m", "venv", folder], check=True)
-                python = folder / "bin" / "python"
+                python = str(folder / "bin" / "python")
                 # bpy 4.2 is built against numpy 1; each bpy names no upper bound, so the bound is ours.
                 requirements = [f"bpy=={version}", "numpy<2"]
                 pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
@@ -305,9 +305,11 @@ def _timed(what: str) -> Iterator[None]:
 def _run_bounded(
     call: Sequence[str], variables: dict[str, str], timeout: float, capture: bool
 ) -> subprocess.CompletedProcess[str]:
-    pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT} if capture else {}
     # A session of its own, so that a hang is killed with all its children (bpy 4.5 can hang at exit).
-    process = subprocess.Popen(call, env=variables, text=True, start_new_session=True, **pipe)
+    process = subprocess.Popen(
+        call, env=variables, text=True, start_new_session=True,
+        stdout=subprocess.PIPE if capture else None, stderr=subprocess.STDOUT if capture else None,
+    )  # fmt: skip
     try:
         output, _ = process.communicate(timeout=timeout)
     except subprocess.TimeoutExpired:

@@ -160,7 +160,11 @@ impl<'a> Smoother<'a> {
             .constraints
             .iter()
             .zip(positions.iter())
-            .map(|(c, &p)| if let Constraint::OnChain(chain) = c { patch.chains[*chain as usize].locate(p) } else { 0.0 })
+            .map(
+                |(c, &p)| {
+                    if let Constraint::OnChain(chain) = c { patch.chains[*chain as usize].locate(p) } else { 0.0 }
+                },
+            )
             .collect();
         let mut smoother = Self {
             patch,
@@ -236,7 +240,9 @@ impl<'a> Smoother<'a> {
                 Track::Surface(patch.surfaces[patch.surface_of[quad as usize] as usize])
             }
         };
-        let Some((place, arc)) = self.star.relax(self.positions[v], &track, goal, &mut self.step[v]) else { return false };
+        let Some((place, arc)) = self.star.relax(self.positions[v], &track, goal, &mut self.step[v]) else {
+            return false;
+        };
         self.positions[v] = place;
         self.arc[v] = arc;
         self.step[v] > 8e-3
@@ -283,8 +289,10 @@ impl<'a> Smoother<'a> {
     fn sweep_worst(&mut self, options: &SmoothOptions, monitor: &Monitor) -> Result<(), Cancelled> {
         self.step.fill(0.1);
         for _ in 0..options.worst_sweeps {
-            let mut bad: Vec<(f64, usize)> =
-                (0..self.patch.quads.len()).map(|q| (self.quality(q), q)).filter(|&(quality, _)| quality < options.target).collect();
+            let mut bad: Vec<(f64, usize)> = (0..self.patch.quads.len())
+                .map(|q| (self.quality(q), q))
+                .filter(|&(quality, _)| quality < options.target)
+                .collect();
             bad.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let mut done = vec![false; self.positions.len()];
             let mut moved = false;

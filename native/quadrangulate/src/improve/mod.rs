@@ -102,7 +102,9 @@ pub enum ImproveError {
     #[error(transparent)]
     Input(SmoothError),
     /// Not an oriented manifold.
-    #[error("quad {quad} repeats a vertex, meets an edge that has two quads already, or has a vertex where the surface only touches itself; repair the start")]
+    #[error(
+        "quad {quad} repeats a vertex, meets an edge that has two quads already, or has a vertex where the surface only touches itself; repair the start"
+    )]
     NotManifold {
         /// The quad.
         quad: usize,
@@ -122,7 +124,12 @@ impl From<SmoothError> for ImproveError {
 }
 
 impl QuadPatch {
-    fn smooth(&mut self, setting: &Setting<'_>, options: &SmoothOptions, monitor: &Monitor) -> Result<SmoothReport, SmoothError> {
+    fn smooth(
+        &mut self,
+        setting: &Setting<'_>,
+        options: &SmoothOptions,
+        monitor: &Monitor,
+    ) -> Result<SmoothReport, SmoothError> {
         let patch = Patch {
             quads: &self.quads,
             surface_of: &self.surface_of,
@@ -140,7 +147,12 @@ impl QuadPatch {
 ///
 /// # Errors
 /// [`ImproveError`] when the start is not an oriented manifold of quads, arrays do not fit, or the caller cancels.
-pub fn improve(mut start: QuadPatch, setting: &Setting<'_>, options: &ImproveOptions, monitor: &Monitor) -> Result<Improved, ImproveError> {
+pub fn improve(
+    mut start: QuadPatch,
+    setting: &Setting<'_>,
+    options: &ImproveOptions,
+    monitor: &Monitor,
+) -> Result<Improved, ImproveError> {
     if setting.outside.len() != start.positions.len() {
         let (found, wanted) = (setting.outside.len(), start.positions.len());
         return Err(ImproveError::Input(SmoothError::Length { array: "outside", found, wanted }));
@@ -164,7 +176,12 @@ pub fn improve(mut start: QuadPatch, setting: &Setting<'_>, options: &ImproveOpt
     }
     let features = setting.features.iter().map(|edge| edge.map(|v| new_index[v as usize])).collect();
     let smooth = patch.smooth(setting, &options.smooth, monitor)?;
-    Ok(Improved { patch, source, features, report: ImproveReport { irregular_before, irregular, changes, trials, smooth } })
+    Ok(Improved {
+        patch,
+        source,
+        features,
+        report: ImproveReport { irregular_before, irregular, changes, trials, smooth },
+    })
 }
 
 /// Angle from `a` to `b` counter-clockwise about `normal`, above 0 and up to a full turn.
