@@ -161,7 +161,7 @@ def _ensure_bpy(name: str) -> Runtime:
     version = BPY_VERSIONS[name]
     folder = cache_folder() / f"bpy-{version}"
     _ensure_system_libraries()
-    with _install(folder, gigabytes=2.5) as needed:
+    with install(folder, gigabytes=2.5) as needed:
         if needed:
             with _timed(f"install bpy {version} into {folder}"):
                 subprocess.run([_python_311(), "-m", "venv", folder], check=True)
@@ -186,7 +186,7 @@ def _ensure_blender() -> Runtime:
             "Install Blender and name its executable in QUADLOOM_BLENDER, or run this as root."
         )
     folder = cache_folder() / f"debian-{DEBIAN_SUITE}"
-    with _install(folder, gigabytes=4.0) as needed:
+    with install(folder, gigabytes=4.0) as needed:
         if needed:
             if shutil.which("mmdebstrap") is None:
                 _apt_install(["mmdebstrap"])
@@ -207,7 +207,7 @@ def _ensure_blender() -> Runtime:
 
 def _ensure_pytest() -> None:
     folder = cache_folder() / "pytest"
-    with _install(folder, gigabytes=0.1) as needed:
+    with install(folder, gigabytes=0.1) as needed:
         if needed:
             with _timed(f"install pytest {PYTEST_VERSION} into {folder}"):
                 pip = [_python_311(), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
@@ -273,7 +273,7 @@ def _blender_version(executable: str) -> tuple[int, int]:
 
 
 @contextmanager
-def _install(folder: Path, gigabytes: float) -> Iterator[bool]:
+def install(folder: Path, gigabytes: float) -> Iterator[bool]:
     """Yields whether `folder` must be made. One process at a time; what a failed or killed run left is removed first."""
     stamp = folder.with_name(folder.name + ".ready")
     folder.parent.mkdir(parents=True, exist_ok=True)

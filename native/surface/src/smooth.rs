@@ -1,9 +1,9 @@
 //! Optimising the shape of quads on a surface: untangle, round, then lift the worst.
 //!
-//! Follows DESIGN 4 "Finish" and 5 "Vertex optimisation" (Daniels et al., 2011, section 6: move in the tangent plane, reproject, halve
-//! steps that would invert). Deviation: instead of a Laplacian, each vertex minimises the barrier energy of
-//! [`crate::smooth_star`], and the vertices of bad quads then maximise the worst quality around them. Vertices are visited
-//! one after another in index order: the result does not depend on threads.
+//! Follows Daniels et al., "Template-based quadrilateral meshing", 2011, section 6: move in the tangent plane, reproject,
+//! halve steps that would invert. Deviation: instead of a Laplacian, each vertex minimises the barrier energy of
+//! [`crate::smooth_star`], and the vertices of bad quads then maximise the worst quality around them. Vertices are
+//! visited one after another in index order: the result does not depend on threads.
 
 use crate::smooth_star::{Goal, Polyline, Reference, Star, Track, quad_quality};
 use glam::DVec3;

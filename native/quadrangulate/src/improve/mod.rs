@@ -1,9 +1,9 @@
 //! Fewer irregular vertices and better quads by local changes of the connectivity.
 //!
-//! DESIGN 4 "Fill": the fillers leave irregular vertices that a local search removes. The operators are those of Tarini et al.,
+//! The fillers leave irregular vertices that a local search removes. The operators are those of Tarini et al.,
 //! "Practical quad mesh simplification", 2010; the search looks a few operators ahead, which lets irregular vertices of
-//! valence 3 and 5 travel towards each other and cancel. Deviation: that paper simplifies; here the size stays, each change is tried on the
-//! surface, smoothed locally, and taken back when the shape does not bear it.
+//! valence 3 and 5 travel towards each other and cancel. Deviation: that paper simplifies; here the size stays, each
+//! change is tried on the surface, smoothed locally, and taken back when the shape does not bear it.
 
 mod editable;
 mod operators;
