@@ -7,6 +7,8 @@ mod finish;
 mod judge;
 mod matching;
 mod patches;
+mod rings;
+
 
 use crate::band::Band;
 use crate::intersect::{Input, Source};
@@ -239,7 +241,11 @@ impl Region {
 /// Edge lengths tried inside a region, as parts of the planned one, until a fill is flawless.
 const SHRINKS: [f64; 3] = [1.0, 0.7, 0.5];
 
-/// Fills every region with the chosen filler, or with each that can take it, and keeps the best. Regions are filled in
+/// A flawless fill that scores below this needs no rival: fewer than half an irregular vertex for each border edge, and
+/// shapes near squares.
+const GOOD_SCORE: f64 = 0.8;
+
+/// Fills every region with the chosen filler, or with each that can take it until one is good, and keeps the best. Regions are filled in
 /// parallel; the result does not depend on the order.
 ///
 /// # Errors
@@ -273,6 +279,7 @@ fn fill_region(
         declined: BTreeMap::new(),
     };
     let mut best: Option<(Score, Fill)> = None;
+    let mut before = f64::INFINITY;
     for shrink in SHRINKS {
         for (name, kind) in [("patches", Filler::Patches), ("rings", Filler::Rings), ("matching", Filler::Matching)] {
             if filler != Filler::Auto && filler != kind {
@@ -286,16 +293,44 @@ fn fill_region(
                         name.clone_into(&mut report.filler);
                         best = Some((score, fill));
                     }
+                    if score.flawless && score.total < GOOD_SCORE {
+                        break;
+                    }
                 }
                 Err(Declined::Cancelled(c)) => return Err(c.into()),
                 Err(Declined::Because(reason)) => {
                     report.declined.insert(name.into(), reason);
+    let mut best: Option<(f64, Fill)> = None;
+    for (name, kind) in [("patches", Filler::Patches), ("rings", Filler::Rings), ("matching", Filler::Matching)] {
+        if filler != Filler::Auto && filler != kind {
+            continue;
+        }
+        let answer = match kind {
+            Filler::Rings => rings::fill(region, scale, monitor),
+            Filler::Matching => matching::fill(region, scale, monitor),
+            _ => continue,
+        };
+        let finished = answer.and_then(|fill| {
+            let fill = finish::finish(region, &fill, monitor)?;
+            region.verify(&fill).map_err(Declined::Because)?;
+            Ok(fill)
+        });
+        match finished {
+            Ok(fill) => {
+                let score = judge::score(region, &fill, diagonal, monitor)?;
+                report.scores.insert(name.into(), score);
+                if best.as_ref().is_none_or(|(b, _)| score < *b) {
+                    name.clone_into(&mut report.filler);
+                    best = Some((score, fill));
                 }
             }
         }
-        if best.as_ref().is_some_and(|(score, _)| score.flawless) {
+        let Some((score, _)) = &best else { continue };
+        // Where smaller quads do not help, the fault lies in the rim: that is for another plan of the lines.
+        if score.flawless || score.total > 0.9 * before {
             break;
         }
+        before = score.total;
     }
     let Some((_, fill)) = best else {
         let reasons: Vec<String> = report.declined.iter().map(|(name, why)| format!("{name}: {why}")).collect();

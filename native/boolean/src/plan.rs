@@ -21,7 +21,7 @@ const BEND_ERROR: f64 = 0.003;
 /// Bends make edges no shorter than this part of what they would be.
 const SMALLEST_CAP: f64 = 0.4;
 
-/// Growth of the edge length with the distance from a bend.
+/// Growth of the edge length with the distance from where it is given.
 const GRADING: f64 = 0.4;
 
 /// Fewest edges of a closed line.
@@ -223,21 +223,52 @@ fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, scale: f64) -
             }
         }
     }
+    let mut own_size = vec![0.0_f64; count];
+    for t in 0..surface.triangles.len() as u32 {
+        for v in surface.triangles[t as usize] {
+            own_size[v as usize] = own_size[v as usize].max(own(t));
+        }
+    }
+    // A wide region need not be as fine as its rim: edges grow towards the input's own.
+    let mut grown: Vec<f64> = (0..count).map(|v| if fixed[v] { size[v] } else { own_size[v] }).collect();
+    let start: Vec<u32> = (0..count as u32).filter(|&v| fixed[v as usize]).collect();
+    grade(band, &start, &fixed, &mut grown);
+    for v in 0..count {
+        size[v] = size[v].max(grown[v]);
+    }
     cap_at_bends(inputs, band, diagonal, &fixed, &mut size);
     size
+}
+
+/// Limits the growth of the edge length with the distance from the vertices `start`.
+fn grade(band: &Band, start: &[u32], fixed: &[bool], size: &mut [f64]) {
+    let positions = &band.surface.positions;
+    let mut queue: BinaryHeap<_> = start.iter().map(|&v| (Reverse(Ordered(size[v as usize])), v)).collect();
+    while let Some((Reverse(Ordered(s)), v)) = queue.pop() {
+        if s > size[v as usize] {
+            continue;
+        }
+        for_each_neighbour(&band.topology, v, |u| {
+            let graded = s + GRADING * positions[v as usize].distance(positions[u as usize]);
+            if graded < size[u as usize] && !fixed[u as usize] {
+                size[u as usize] = graded;
+                queue.push((Reverse(Ordered(graded)), u));
+            }
+        });
+    }
 }
 
 /// Where the surface bends without a line, quads must be small to follow it: a chord of length h over a bend of angle a
 /// is off by h/4 tan(a/2). Smaller sizes then grade into their surroundings.
 fn cap_at_bends(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, fixed: &[bool], size: &mut [f64]) {
-    let (surface, topology) = (&band.surface, &band.topology);
+    let topology = &band.topology;
     let on_line: BTreeSet<[u32; 2]> =
         band.arcs.iter().flat_map(|arc| arc.vertices.windows(2).map(|w| sorted(w[0], w[1]))).collect();
     let normal = |h: u32| {
         let s = band.source[(h / 3) as usize];
         inputs[s.mesh as usize].triangles.area_normal(s.triangle as usize).normalize_or_zero()
     };
-    let mut queue = BinaryHeap::new();
+    let mut bent = Vec::new();
     for h in topology.edges() {
         let (a, b, o) = (topology.from(h), topology.to(h), topology.twin[h as usize]);
         if o == mesh::NONE || on_line.contains(&sorted(a, b)) {
@@ -249,22 +280,11 @@ fn cap_at_bends(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, fixed: &[bo
             let least = SMALLEST_CAP * size[v as usize];
             if most < size[v as usize] && !fixed[v as usize] {
                 size[v as usize] = most.max(least);
-                queue.push((Reverse(Ordered(size[v as usize])), v));
+                bent.push(v);
             }
         }
     }
-    while let Some((Reverse(Ordered(s)), v)) = queue.pop() {
-        if s > size[v as usize] {
-            continue;
-        }
-        for_each_neighbour(topology, v, |u| {
-            let graded = s + GRADING * surface.positions[v as usize].distance(surface.positions[u as usize]);
-            if graded < size[u as usize] && !fixed[u as usize] {
-                size[u as usize] = graded;
-                queue.push((Reverse(Ordered(graded)), u));
-            }
-        });
-    }
+    grade(band, &bent, fixed, size);
 }
 
 /// A float with a total order, for queues.

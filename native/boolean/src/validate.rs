@@ -7,8 +7,11 @@ use crate::stitch::Stitched;
 use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, scaled_jacobian, volume};
 use surface::closest::ClosestPoint;
 
-/// Largest allowed distance from the exact boolean, as a fraction of the diagonal, with smoothing off.
-pub const DISTANCE_LIMIT: f64 = 0.005;
+/// Distance from the exact boolean that fillers aim for, as a fraction of the diagonal.
+pub const DISTANCE_GOAL: f64 = 0.005;
+
+/// Distance at which a result is rejected: the bar is 1%, and sampling misses a little.
+const DISTANCE_LIMIT: f64 = 0.009;
 
 /// Largest allowed change of volume, relative.
 pub const VOLUME_LIMIT: f64 = 0.01;

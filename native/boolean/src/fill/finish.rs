@@ -5,14 +5,15 @@ use mesh::Monitor;
 use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
 use surface::smooth::{Constraint, SmoothOptions};
 
-/// How hard to search: deep enough to take out most of the irregular vertices that can go, in tens of milliseconds.
-const SEARCH: ImproveOptions = ImproveOptions {
-    depth: 3,
-    floor: 0.3,
-    passes: 4,
-    budget: 1500,
-    smooth: SmoothOptions { sweeps: 10, worst_sweeps: 15, target: 0.6, keep_aspect: 0.5 },
-};
+/// Plans thought through for all irregular vertices of a region together, about: bounds the time of large regions.
+const PLANS: usize = 40_000;
+
+/// How hard to search: deep enough to take out most of the irregular vertices that can go.
+fn search(quads: usize) -> ImproveOptions {
+    let budget = (PLANS / quads.max(1)).clamp(40, 600);
+    let smooth = SmoothOptions { sweeps: 10, worst_sweeps: 15, ..SmoothOptions::default() };
+    ImproveOptions { depth: 2, passes: 3, budget, smooth, ..ImproveOptions::default() }
+}
 
 /// Improves a fill. The rim and all lines stay.
 ///
@@ -34,7 +35,7 @@ pub fn finish(region: &Region, fill: &Fill, monitor: &Monitor) -> Result<Fill, D
     let mut features = region.inner_lines.clone();
     features.extend(&region.line_edges);
     let setting = Setting { features: &features, outside: &outside, chains: &[], surfaces: &[&region.under] };
-    let better = improve(start, &setting, &SEARCH, monitor).map_err(|error| {
+    let better = improve(start, &setting, &search(fill.quads.len()), monitor).map_err(|error| {
         monitor.check().map_or_else(Declined::Cancelled, |()| Declined::Because(error.to_string()))
     })?;
     Ok(Fill { positions: better.patch.positions[region.rim_count..].to_vec(), quads: better.patch.quads })

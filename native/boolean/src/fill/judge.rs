@@ -1,7 +1,7 @@
 //! The judge: one number for a region's fill, the same for every filler. Lower is better.
 
 use super::{Fill, Region};
-use crate::validate::DISTANCE_LIMIT;
+use crate::validate::DISTANCE_GOAL;
 use mesh::{Cancelled, DVec3, Monitor, PolygonMesh, Topology, TriangleMesh, scaled_jacobian, self_intersections};
 
 /// What one inverted quad or one intersecting pair costs: more than any difference of shape.
@@ -49,9 +49,9 @@ pub fn score(region: &Region, fill: &Fill, diagonal: f64, monitor: &Monitor) -> 
     let irregular = inner.map(|v| (topology.around(v).count() as f64 - 4.0).abs()).sum::<f64>();
     let border: usize = region.loops.iter().map(Vec::len).sum();
     let total = FAULT * faults as f64
-        + (2.0 * distance / DISTANCE_LIMIT - 1.0).max(0.0)
+        + (2.0 * distance / DISTANCE_GOAL - 1.0).max(0.0)
         + irregular / border as f64
         + 4.0 * (1.0 - mean)
         + 5.0 * (WANTED_JACOBIAN - worst).max(0.0);
-    Ok(Score { total, flawless: faults == 0 && distance <= DISTANCE_LIMIT })
+    Ok(Score { total, flawless: faults == 0 && distance <= DISTANCE_GOAL })
 }

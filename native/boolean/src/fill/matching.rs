@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 use surface::remesh::{RemeshOptions, remesh};
 
 /// Two equilateral triangles of this edge length make a quad as large as a unit square.
-const TRIANGLE_EDGE: f64 = 1.0746;
+pub const TRIANGLE_EDGE: f64 = 1.0746;
 
 /// Weight of a perfect square in the matching.
 const BEST_WEIGHT: f64 = 1000.0;

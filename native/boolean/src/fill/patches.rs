@@ -14,25 +14,28 @@ use glam::DVec2;
 use mesh::{DVec3, Monitor, TriangleMesh, scaled_jacobian};
 use quadrangulate::layout::{LayoutOptions, PatchLayout, SubSideKind, trace_layout};
 use quadrangulate::quantise::{self, quantise};
-use quadrangulate::{DiskSurface, Filler, place};
+use quadrangulate::{DiskSurface, Filler, Method, place};
 use std::collections::BTreeMap;
 use surface::closest::ClosestPoint;
 use surface::parametrize::lscm;
 use surface::remesh::{RemeshOptions, remesh};
 use surface::smooth_star::Reference;
 
-/// Edge length of the triangles that are traced, in target edge lengths.
-const TRIANGLE_EDGE: f64 = 0.5;
+/// Edge length of the triangles that are traced, in target edge lengths. The second is for regions where no trace is found
+/// among the first, since it costs twice the time.
+const TRIANGLE_EDGES: [f64; 2] = [0.7, 0.45];
 
-/// Regions of more triangles are declined: tracing costs more than linear time, and such regions are wide enough for
-/// the other fillers.
-const MOST_TRIANGLES: usize = 6000;
+/// Regions that need more quads are declined: tracing costs more than linear time.
+const MOST_QUADS: f64 = 2000.0;
 
-/// Layouts with more free counts get rounded ones.
-const MOST_FREE_COUNTS: usize = 40;
+/// Layouts with more free counts get rounded ones: a proof of the best takes longer than it is worth.
+const MOST_FREE_COUNTS: usize = 8;
 
 /// Patterns tried in a patch.
 const MOST_PATTERNS: usize = 4;
+
+/// No more patterns are tried in a patch once those tried have so many quads together.
+const MOST_TRIED: usize = 500;
 
 /// The first pattern whose worst quad has this scaled Jacobian is taken.
 const GOOD_JACOBIAN: f64 = 0.6;
@@ -44,27 +47,41 @@ const GOOD_JACOBIAN: f64 = 0.6;
 /// [`Declined`] with the step that failed.
 pub fn fill(region: &Region, scale: f64, alpha: f64, monitor: &Monitor) -> Result<Fill, Declined> {
     let size: Vec<f64> = region.size.iter().map(|s| s * scale).collect();
-    let fine: Vec<f64> = size.iter().map(|s| s * TRIANGLE_EDGE).collect();
-    let made = remesh(&region.surface, &region.inner_lines, &fine, &RemeshOptions::default(), monitor)
-        .map_err(|e| because(monitor, &e))?;
-    if made.mesh.triangles.len() > MOST_TRIANGLES {
-        return Err(Declined::Because(format!("{} triangles are too many to trace", made.mesh.triangles.len())));
+    let quads: f64 = (0..region.surface.triangles.len())
+        .map(|t| {
+            let mean = region.surface.triangles[t].iter().map(|&v| size[v as usize]).sum::<f64>() / 3.0;
+            region.surface.area_normal(t).length() / (2.0 * mean * mean)
+        })
+        .sum();
+    if quads > MOST_QUADS {
+        return Err(Declined::Because(format!("about {quads:.0} quads are too many for traces")));
     }
-    let lines: Vec<[u32; 2]> = region.inner_lines.iter().map(|l| l.map(|v| made.vertex[v as usize])).collect();
-    // The triangles are small enough as they are; halving them would put vertices on the lines.
-    let options = LayoutOptions { refinements: 0, ..LayoutOptions::default() };
-    let layout = trace_layout(&made.mesh, &lines, &options, monitor).map_err(|e| because(monitor, &e))?;
+    let (layout, vertex) = match divide(region, &size, TRIANGLE_EDGES[0], monitor) {
+        Err(Declined::Because(_)) => divide(region, &size, TRIANGLE_EDGES[1], monitor)?,
+        other => other?,
+    };
     let counts = counts(&layout, region, &size, alpha, monitor)?;
 
     // Rim vertices keep their numbers.
-    let number: BTreeMap<u32, u32> =
-        (0..region.rim_count).map(|k| (made.vertex[k], k as u32)).collect();
+    let number: BTreeMap<u32, u32> = (0..region.rim_count).map(|k| (vertex[k], k as u32)).collect();
     let mut build = Build { region, layout: &layout, number, fill: Fill::default(), filler: Filler::new() };
     let paths: Vec<Vec<u32>> = (0..counts.len()).map(|s| build.path(s, counts[s])).collect::<Result<_, _>>()?;
     for patch in 0..layout.patches.len() {
         build.patch(patch, &paths, monitor)?;
     }
     Ok(build.fill)
+}
+
+/// Remeshes the region and traces patches (section 3.2.1). Also the layout's vertex of each vertex of the region.
+fn divide(region: &Region, size: &[f64], edge: f64, monitor: &Monitor) -> Result<(PatchLayout, Vec<u32>), Declined> {
+    let fine: Vec<f64> = size.iter().map(|s| s * edge).collect();
+    let made = remesh(&region.surface, &region.inner_lines, &fine, &RemeshOptions::default(), monitor)
+        .map_err(|e| because(monitor, &e))?;
+    let lines: Vec<[u32; 2]> = region.inner_lines.iter().map(|l| l.map(|v| made.vertex[v as usize])).collect();
+    // The triangles are small enough as they are; halving them would put vertices on the lines.
+    let options = LayoutOptions { refinements: 0, ..LayoutOptions::default() };
+    let layout = trace_layout(&made.mesh, &lines, &options, monitor).map_err(|e| because(monitor, &e))?;
+    Ok((layout, made.vertex))
 }
 
 /// How many quads go along each sub-side (section 3.3).
@@ -176,12 +193,17 @@ impl Build<'_> {
             sides.push((border.len() - start) as u32);
         }
         let rim: Vec<DVec3> = border.iter().map(|&v| self.position(v)).collect();
-        let candidates = self
+        let mut candidates = self
             .filler
             .candidates_with_angles(&sides, &surface.corner_angles(), MOST_PATTERNS)
             .map_err(|e| because(monitor, &e))?;
+        if candidates.iter().any(|c| c.method == Method::Flattened) {
+            // One quad at a blunt corner may still be better than two: in a slanted strip, for instance.
+            candidates.extend(self.filler.candidates(&sides, MOST_PATTERNS).map_err(|e| because(monitor, &e))?);
+        }
         let flat = surface.flat();
         let mut best: Option<(f64, Vec<[u32; 4]>, Vec<DVec3>)> = None;
+        let mut tried = 0;
         for filling in candidates {
             let mut points = place(&filling, &sides, &rim, &surface.borrow(), flat.as_deref(), monitor)
                 .map_err(|e| because(monitor, &e))?;
@@ -190,12 +212,13 @@ impl Build<'_> {
             }
             let jacobians = filling.quads.iter().map(|q| scaled_jacobian(q.map(|v| points[v as usize])));
             let (worst, sum) = jacobians.fold((1.0_f64, 0.0), |(worst, sum), j| (worst.min(j), sum + j));
-            // Half for the worst quad, half for all, less what every irregular vertex beyond the unavoidable bends later.
+            // Irregular vertices bend the quads round them more than the flat map shows.
             let score = worst + sum / filling.quads.len() as f64 - 0.1 * f64::from(filling.cost.valence_excess);
+            tried += filling.quads.len();
             if best.as_ref().is_none_or(|(found, ..)| score > *found) {
                 best = Some((score, filling.quads, points));
             }
-            if worst > GOOD_JACOBIAN {
+            if worst > GOOD_JACOBIAN || tried > MOST_TRIED {
                 break;
             }
         }
