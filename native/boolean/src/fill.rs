@@ -9,7 +9,6 @@ mod matching;
 mod patches;
 mod rings;
 
-
 use crate::band::Band;
 use crate::intersect::{Input, Source};
 use crate::{Filler, Operation, RegionReport};
@@ -300,28 +299,6 @@ fn fill_region(
                 Err(Declined::Cancelled(c)) => return Err(c.into()),
                 Err(Declined::Because(reason)) => {
                     report.declined.insert(name.into(), reason);
-    let mut best: Option<(f64, Fill)> = None;
-    for (name, kind) in [("patches", Filler::Patches), ("rings", Filler::Rings), ("matching", Filler::Matching)] {
-        if filler != Filler::Auto && filler != kind {
-            continue;
-        }
-        let answer = match kind {
-            Filler::Rings => rings::fill(region, scale, monitor),
-            Filler::Matching => matching::fill(region, scale, monitor),
-            _ => continue,
-        };
-        let finished = answer.and_then(|fill| {
-            let fill = finish::finish(region, &fill, monitor)?;
-            region.verify(&fill).map_err(Declined::Because)?;
-            Ok(fill)
-        });
-        match finished {
-            Ok(fill) => {
-                let score = judge::score(region, &fill, diagonal, monitor)?;
-                report.scores.insert(name.into(), score);
-                if best.as_ref().is_none_or(|(b, _)| score < *b) {
-                    name.clone_into(&mut report.filler);
-                    best = Some((score, fill));
                 }
             }
         }
@@ -344,7 +321,7 @@ fn fill_region(
 fn fill_with(region: &Region, kind: Filler, shrink: f64, alpha: f64, monitor: &Monitor) -> Result<Fill, Declined> {
     let raw = match kind {
         Filler::Patches => patches::fill(region, shrink, alpha, monitor),
-        Filler::Rings => Err(Declined::Because("rings".into())),
+        Filler::Rings => rings::fill(region, shrink, monitor),
         Filler::Matching | Filler::Auto => matching::fill(region, shrink, monitor),
     }?;
     region.verify(&raw).map_err(|fault| Declined::Because(format!("before finishing, {fault}")))?;

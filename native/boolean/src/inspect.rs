@@ -116,6 +116,22 @@ pub fn inspect(mesh: &PolygonMesh, input: usize, monitor: &Monitor) -> Result<()
     Ok(())
 }
 
+/// Checks that marked edges name vertices of input `input`.
+///
+/// # Errors
+/// [`BooleanError::Option`].
+pub fn inspect_features(mesh: &PolygonMesh, edges: &[[u32; 2]], input: usize) -> Result<(), BooleanError> {
+    match edges.iter().position(|e| e.iter().any(|&v| v as usize >= mesh.vertex_count())) {
+        None => Ok(()),
+        Some(k) => Err(BooleanError::Option(format!(
+            "feature_edges of {} name vertex {} in edge {k}, but there are {} vertices",
+            ["A", "B"][input],
+            edges[k][0].max(edges[k][1]),
+            mesh.vertex_count()
+        ))),
+    }
+}
+
 fn count(n: usize, one: &str, many: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {many}") }
 }

@@ -13,7 +13,24 @@ use crate::stitch::{Stitched, stitch};
 use crate::validate::{Verdict, validate};
 use crate::{BooleanError, Filler, Operation, Options, Output, RegionReport, Report, inspect};
 use mesh::{Monitor, PolygonMesh};
+use std::collections::BTreeMap;
 use std::time::Instant;
+
+/// Number of connected curves among edges.
+fn curves(edges: &[[u32; 2]]) -> usize {
+    let mut parent: BTreeMap<u32, u32> = edges.iter().flatten().map(|&v| (v, v)).collect();
+    let find = |parent: &BTreeMap<u32, u32>, mut v: u32| {
+        while parent[&v] != v {
+            v = parent[&v];
+        }
+        v
+    };
+    for &[a, b] in edges {
+        let (a, b) = (find(&parent, a), find(&parent, b));
+        parent.insert(a.max(b), a.min(b));
+    }
+    parent.iter().filter(|(v, root)| v == root).count()
+}
 
 /// What is varied when validation fails: edge length on the lines and in the band, width of the band, filler.
 #[derive(Debug, Clone, Copy)]
@@ -46,6 +63,9 @@ pub fn boolean(
     monitor.stage("check", 0.0)?;
     inspect::inspect(a, 0, monitor)?;
     inspect::inspect(b, 1, monitor)?;
+    for (input, mesh) in [a, b].into_iter().enumerate() {
+        inspect::inspect_features(mesh, &options.feature_edges[input], input)?;
+    }
     clock.lap("check");
     let inputs = [Input::new(a), Input::new(b)];
     clock.lap("triangulate");
@@ -61,7 +81,7 @@ pub fn boolean(
 #[derive(Debug, Default)]
 struct Clock {
     last: Option<Instant>,
-    seconds: std::collections::BTreeMap<String, f64>,
+    seconds: BTreeMap<String, f64>,
 }
 
 impl Clock {
@@ -228,7 +248,7 @@ impl Job<'_> {
             scaled_jacobian_min: done.verdict.jacobian_min,
             scaled_jacobian_mean: done.verdict.jacobian_mean,
             regions: done.regions,
-            curves: done.band.arcs.iter().filter(|a| a.on_curve && a.is_closed()).count(),
+            curves: curves(&done.lines),
             quads_whole: self.cut.whole.iter().flatten().flatten().count(),
             retries: self.retries,
             warnings,

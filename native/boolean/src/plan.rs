@@ -24,6 +24,9 @@ const SMALLEST_CAP: f64 = 0.4;
 /// Growth of the edge length with the distance from where it is given.
 const GRADING: f64 = 0.4;
 
+/// Largest distance between a planned chord and the line, as a part of the chord: seven make a circle.
+const CHORD_SAG: f64 = 0.12;
+
 /// Fewest edges of a closed line.
 const FEWEST_ON_LOOP: usize = 4;
 
@@ -92,8 +95,10 @@ pub fn plan(
         let wanted = *measure.density.last().expect("two points");
         let fewest = if arc.is_closed() { FEWEST_ON_LOOP } else { 1 };
         let mut count = (wanted.round() as usize).max(fewest);
-        let most = (4 * count).max(16);
-        while count < most && measure.chord_error(&measure.positions(count)) > CHORD_ERROR * diagonal {
+        let most = (2 * count).max(16);
+        let length = measure.length[measure.length.len() - 1];
+        let allowed = |count: usize| (CHORD_ERROR * diagonal).min(CHORD_SAG * length / count as f64);
+        while count < most && measure.chord_error(&measure.positions(count)) > allowed(count) {
             count += 1;
         }
         ideal.push(wanted.max(count as f64 - 0.5));
