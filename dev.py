@@ -5,8 +5,8 @@
     python3 dev.py test       # every test; what CI runs
     python3 dev.py VERB -h    # help of one verb
 
-Works from any folder, and again after an interruption. Tools from PyPI go into .venv; what is large and shared between
-clones (compiled dependencies, wheels, Blender) goes into $QUADLOOM_CACHE, by default ~/.cache/quadloom.
+Works from any folder, and again after an interruption. Test tools from PyPI go into .venv; what is large and shared between
+clones (build tools, compiled dependencies, wheels, Blender) goes into $QUADLOOM_CACHE, by default ~/.cache/quadloom.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ VENV = ROOT / ".venv"
 OUT = ROOT / "out"
 CACHE = blenders.cache_folder()
 ON_WINDOWS = sys.platform == "win32"
-VENV_BIN = VENV / ("Scripts" if ON_WINDOWS else "bin")
-VENV_PYTHON = VENV_BIN / ("python.exe" if ON_WINDOWS else "python")
+BIN = "Scripts" if ON_WINDOWS else "bin"
+PYTHON = "python.exe" if ON_WINDOWS else "python"
+VENV_PYTHON = VENV / BIN / PYTHON
 WHEEL_SOURCES = ("Cargo.toml", "Cargo.lock", "native")
 DEMO_RUNTIME = "bpy-5.0"
 
@@ -47,19 +48,35 @@ class Failure(Exception):
 
 
 def setup() -> None:
-    """Puts the pinned tools into .venv and makes sure of the compilers."""
+    """Installs the pinned tools and makes sure of the compilers."""
     if sys.version_info < (3, 11):  # noqa: UP036 (whoever runs this may have an older one)
         raise Failure(f"Python 3.11 or later is needed; this is {sys.version.split()[0]}.")
     require_compilers()
+    tools = build_tools()
+    with blenders.install(tools, gigabytes=1.0) as needed:
+        if needed:
+            with step(f"install the build tools into {tools}"):
+                make_environment(tools, ROOT / "tools" / "build-requirements.txt")
     requirements = ROOT / "tools" / "requirements.txt"
     wanted = digest([requirements], extra=sys.version)
     stamp = VENV / "requirements.sha256"
     if not (stamp.exists() and stamp.read_text() == wanted):
-        with step("install the build tools into .venv"):
-            # A half-made or outdated environment is made anew: pip's own cache makes that cheap.
-            run([sys.executable, "-m", "venv", "--clear", str(VENV)])
-            pip("install", "--requirement", str(requirements))
+        with step("install the test tools into .venv"):
+            make_environment(VENV, requirements)
         stamp.write_text(wanted)
+
+
+def build_tools() -> Path:
+    """The virtual environment of what compiles the wheel. It is the same for every clone, because cargo compiles the
+    dependencies again when the path of a tool changes."""
+    return CACHE / f"build-tools-{digest([ROOT / 'tools' / 'build-requirements.txt'], extra=sys.version)[:16]}"
+
+
+def make_environment(folder: Path, requirements: Path) -> None:
+    """A new virtual environment with those packages. A half-made or outdated one is made anew: pip's own cache makes that
+    cheap."""
+    run([sys.executable, "-m", "venv", "--clear", str(folder)])
+    pip(folder, "install", "--requirement", str(requirements))
 
 
 def require_compilers() -> None:
@@ -81,12 +98,13 @@ def find_cargo() -> str | None:
 
 
 def build_environment() -> dict[str, str]:
-    """The environment for cargo and maturin: tools of .venv first, libclang for the HiGHS bindings, a shared target."""
+    """The environment for cargo and maturin: the build tools first, libclang for the HiGHS bindings, a shared target."""
     cargo = find_cargo()
-    path = [str(VENV_BIN), os.environ["PATH"]]
+    tools = build_tools()
+    path = [str(tools / BIN), os.environ["PATH"]]
     if cargo is not None:
         path.insert(1, str(Path(cargo).parent))
-    libclang = next(iter(VENV.glob("**/clang/native")), None)
+    libclang = next(iter(tools.glob("**/clang/native")), None)
     environment = {**os.environ, "PATH": os.pathsep.join(path)}
     environment.setdefault("CARGO_TARGET_DIR", str(CACHE / "target"))
     if libclang is not None:
@@ -94,10 +112,10 @@ def build_environment() -> dict[str, str]:
     return environment
 
 
-def pip(*arguments: str) -> None:
-    """Runs .venv's pip."""
+def pip(environment: Path, *arguments: str) -> None:
+    """Runs the pip of a virtual environment."""
     command, *rest = arguments
-    run([str(VENV_PYTHON), "-m", "pip", command, "--quiet", "--disable-pip-version-check", *rest])
+    run([str(environment / BIN / PYTHON), "-m", "pip", command, "--quiet", "--disable-pip-version-check", *rest])
 
 
 # Building
@@ -111,8 +129,8 @@ def wheel() -> Path:
     folder = CACHE / "dist" / key[:16]
     if not list(folder.glob("*.whl")):
         command = ["maturin", "build", "--release", "--locked", "--quiet", "--out", str(folder)]
-        # In the crate's folder: from a folder above .venv, zig names its headers by relative paths, and bindgen, which
-        # runs elsewhere, does not find them.
+        # From a folder above the build tools zig would name its headers by relative paths, and bindgen, which runs
+        # elsewhere, would not find them: so from the crate's.
         crate = ROOT / "native" / "python"
         if sys.platform == "linux":
             # zig links against an old glibc and brings the C++ library along: runs in every supported Blender.
@@ -126,7 +144,7 @@ def wheel() -> Path:
     stamp = VENV / "quadloom.sha256"
     if not (stamp.exists() and stamp.read_text() == key):
         with step(f"install {built.name} into .venv"):
-            pip("install", "--force-reinstall", "--no-deps", str(built))
+            pip(VENV, "install", "--force-reinstall", "--no-deps", str(built))
         stamp.write_text(key)
     return built
 
@@ -377,7 +395,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     def verb(name: str, text: str) -> argparse.ArgumentParser:
         return verbs.add_parser(name, help=text, description=text)
 
-    verb("setup", "Install the pinned build tools into .venv and check for Rust and a C++ compiler.")
+    verb("setup", "Install the pinned build and test tools and check for Rust and a C++ compiler.")
     verb("demo", "Build everything, join real models inside Blender, and leave demo.blend and pictures in out/.")
     suite = verb("test", "Run every test: Rust, the wheel, the repository, the extension in each Blender.")
     suite.add_argument("suite", nargs="*", choices=["native", "api", "repo", "blender"], default=[], help="only these")

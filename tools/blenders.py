@@ -161,11 +161,11 @@ def _ensure_bpy(name: str) -> Runtime:
     version = BPY_VERSIONS[name]
     folder = cache_folder() / f"bpy-{version}"
     _ensure_system_libraries()
-    with _install(folder, gigabytes=2.5) as needed:
+    with install(folder, gigabytes=2.5) as needed:
         if needed:
             with _timed(f"install bpy {version} into {folder}"):
                 subprocess.run([_python_311(), "-m", "venv", folder], check=True)
-                python = folder / "bin" / "python"
+                python = str(folder / "bin" / "python")
                 # bpy 4.2 is built against numpy 1; each bpy names no upper bound, so the bound is ours.
                 requirements = [f"bpy=={version}", "numpy<2"]
                 pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
@@ -186,7 +186,7 @@ def _ensure_blender() -> Runtime:
             "Install Blender and name its executable in QUADLOOM_BLENDER, or run this as root."
         )
     folder = cache_folder() / f"debian-{DEBIAN_SUITE}"
-    with _install(folder, gigabytes=4.0) as needed:
+    with install(folder, gigabytes=4.0) as needed:
         if needed:
             if shutil.which("mmdebstrap") is None:
                 _apt_install(["mmdebstrap"])
@@ -207,7 +207,7 @@ def _ensure_blender() -> Runtime:
 
 def _ensure_pytest() -> None:
     folder = cache_folder() / "pytest"
-    with _install(folder, gigabytes=0.1) as needed:
+    with install(folder, gigabytes=0.1) as needed:
         if needed:
             with _timed(f"install pytest {PYTEST_VERSION} into {folder}"):
                 pip = [_python_311(), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
@@ -273,7 +273,7 @@ def _blender_version(executable: str) -> tuple[int, int]:
 
 
 @contextmanager
-def _install(folder: Path, gigabytes: float) -> Iterator[bool]:
+def install(folder: Path, gigabytes: float) -> Iterator[bool]:
     """Yields whether `folder` must be made. One process at a time; what a failed or killed run left is removed first."""
     stamp = folder.with_name(folder.name + ".ready")
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -305,9 +305,11 @@ def _timed(what: str) -> Iterator[None]:
 def _run_bounded(
     call: Sequence[str], variables: dict[str, str], timeout: float, capture: bool
 ) -> subprocess.CompletedProcess[str]:
-    pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT} if capture else {}
     # A session of its own, so that a hang is killed with all its children (bpy 4.5 can hang at exit).
-    process = subprocess.Popen(call, env=variables, text=True, start_new_session=True, **pipe)
+    process = subprocess.Popen(
+        call, env=variables, text=True, start_new_session=True,
+        stdout=subprocess.PIPE if capture else None, stderr=subprocess.STDOUT if capture else None,
+    )  # fmt: skip
     try:
         output, _ = process.communicate(timeout=timeout)
     except subprocess.TimeoutExpired:

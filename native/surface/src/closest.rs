@@ -61,60 +61,35 @@ fn from_parry(p: Vector) -> DVec3 {
 impl ClosestPoint {
     /// Builds the hierarchy over all triangles; those without area count as their longest edge. O(n log n).
     pub fn new(mesh: &TriangleMesh) -> Self {
-        let corners: Vec<[Vector; 3]> = (0..mesh.triangles.len())
-            .map(|t| mesh.points(t).map(to_parry))
-            .collect();
-        let boxes: Vec<Aabb> = corners
-            .iter()
-            .map(|&[a, b, c]| Aabb::new(a.min(b).min(c), a.max(b).max(c)))
-            .collect();
+        let corners: Vec<[Vector; 3]> = (0..mesh.triangles.len()).map(|t| mesh.points(t).map(to_parry)).collect();
+        let boxes: Vec<Aabb> = corners.iter().map(|&[a, b, c]| Aabb::new(a.min(b).min(c), a.max(b).max(c))).collect();
         let longest_edge = corners.iter().map(degenerate_edge).collect();
-        Self {
-            hierarchy: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
-            corners,
-            longest_edge,
-        }
+        Self { hierarchy: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), corners, longest_edge }
     }
 
     /// The nearest point of the surface to `p`. About O(log n).
     pub fn project(&self, p: DVec3) -> Projection {
-        let nowhere = Projection {
-            point: p,
-            triangle: NONE,
-            barycentric: [1.0, 0.0, 0.0],
-            distance: f64::INFINITY,
-        };
-        if p.is_finite() {
-            self.search(to_parry(p), f64::MAX).unwrap_or(nowhere)
-        } else {
-            nowhere
-        }
+        let nowhere = Projection { point: p, triangle: NONE, barycentric: [1.0, 0.0, 0.0], distance: f64::INFINITY };
+        if p.is_finite() { self.search(to_parry(p), f64::MAX).unwrap_or(nowhere) } else { nowhere }
     }
 
     /// The same as [`ClosestPoint::project`], faster when `hint` is a triangle near the answer.
     pub fn project_near(&self, p: DVec3, hint: u32) -> Projection {
         let query = to_parry(p);
-        let Some(near) =
-            ((hint as usize) < self.corners.len()).then(|| self.candidate(query, hint))
-        else {
+        let Some(near) = ((hint as usize) < self.corners.len()).then(|| self.candidate(query, hint)) else {
             return self.project(p);
         };
         let bound = near.squared_distance;
-        self.search(query, bound)
-            .unwrap_or_else(|| projection(hint, &near))
+        self.search(query, bound).unwrap_or_else(|| projection(hint, &near))
     }
 
     /// The nearest point nearer than the square root of `bound`.
     fn search(&self, query: Vector, bound: f64) -> Option<Projection> {
         let to_box = |node: &BvhNode, _: f64| {
-            let outside = (node.mins() - query)
-                .max(query - node.maxs())
-                .max(Vector::ZERO);
+            let outside = (node.mins() - query).max(query - node.maxs()).max(Vector::ZERO);
             outside.length_squared()
         };
-        let (triangle, found) = self
-            .hierarchy
-            .find_best(bound, to_box, |t, _| Some(self.candidate(query, t)))?;
+        let (triangle, found) = self.hierarchy.find_best(bound, to_box, |t, _| Some(self.candidate(query, t)))?;
         Some(projection(triangle, &found))
     }
 
@@ -125,21 +100,15 @@ impl ClosestPoint {
             let (i, j) = (first, (first + 1) % 3);
             let edge = Segment::new(self.corners[t as usize][i], self.corners[t as usize][j]);
             let mut weights = [0.0; 3];
-            [weights[i], weights[j]] =
-                match edge.project_local_point_and_get_location(query, false).1 {
-                    SegmentPointLocation::OnVertex(0) => [1.0, 0.0],
-                    SegmentPointLocation::OnVertex(_) => [0.0, 1.0],
-                    SegmentPointLocation::OnEdge(w) => w,
-                };
+            [weights[i], weights[j]] = match edge.project_local_point_and_get_location(query, false).1 {
+                SegmentPointLocation::OnVertex(0) => [1.0, 0.0],
+                SegmentPointLocation::OnVertex(_) => [0.0, 1.0],
+                SegmentPointLocation::OnEdge(w) => w,
+            };
             weights
         } else {
-            match Triangle::new(a, b, c)
-                .project_local_point_and_get_location(query, false)
-                .1
-            {
-                TrianglePointLocation::OnVertex(0) | TrianglePointLocation::OnSolid => {
-                    [1.0, 0.0, 0.0]
-                }
+            match Triangle::new(a, b, c).project_local_point_and_get_location(query, false).1 {
+                TrianglePointLocation::OnVertex(0) | TrianglePointLocation::OnSolid => [1.0, 0.0, 0.0],
                 TrianglePointLocation::OnVertex(1) => [0.0, 1.0, 0.0],
                 TrianglePointLocation::OnVertex(_) => [0.0, 0.0, 1.0],
                 TrianglePointLocation::OnEdge(0, [u, v]) => [u, v, 0.0],
@@ -153,11 +122,7 @@ impl ClosestPoint {
         let sum: f64 = clamped.iter().sum();
         let barycentric = clamped.map(|w| w / sum);
         let point = a * barycentric[0] + b * barycentric[1] + c * barycentric[2];
-        Candidate {
-            squared_distance: (point - query).length_squared(),
-            point,
-            barycentric,
-        }
+        Candidate { squared_distance: (point - query).length_squared(), point, barycentric }
     }
 }
 
@@ -172,21 +137,10 @@ fn projection(triangle: u32, found: &Candidate) -> Projection {
 
 /// First corner of the longest edge when the triangle has no area to speak of, else 3.
 fn degenerate_edge(&[a, b, c]: &[Vector; 3]) -> u8 {
-    let squared = [
-        (b - a).length_squared(),
-        (c - b).length_squared(),
-        (a - c).length_squared(),
-    ];
-    let longest = (0..3).fold(
-        0,
-        |best, k| if squared[k] > squared[best] { k } else { best },
-    );
+    let squared = [(b - a).length_squared(), (c - b).length_squared(), (a - c).length_squared()];
+    let longest = (0..3).fold(0, |best, k| if squared[k] > squared[best] { k } else { best });
     let double_area = (b - a).cross(c - a).length();
-    if double_area > DEGENERATE_HEIGHT * squared[longest] {
-        3
-    } else {
-        longest as u8
-    }
+    if double_area > DEGENERATE_HEIGHT * squared[longest] { 3 } else { longest as u8 }
 }
 
 #[cfg(test)]
@@ -203,10 +157,7 @@ mod tests {
             DVec3::new(5.0, 0.0, 0.0),
         ];
         // The second triangle has no area, the fourth is a single point.
-        TriangleMesh {
-            positions,
-            triangles: vec![[0, 1, 3], [0, 2, 1], [1, 4, 3], [5, 5, 5]],
-        }
+        TriangleMesh { positions, triangles: vec![[0, 1, 3], [0, 2, 1], [1, 4, 3], [5, 5, 5]] }
     }
 
     /// The nearest of a dense grid of barycentric samples.
@@ -230,11 +181,7 @@ mod tests {
         let closest = ClosestPoint::new(&mesh);
         for k in 0..200 {
             let f = f64::from(k);
-            let p = DVec3::new(
-                (f * 0.37).sin() * 3.0 + 1.0,
-                (f * 0.71).cos() * 2.0,
-                (f * 1.3).sin(),
-            );
+            let p = DVec3::new((f * 0.37).sin() * 3.0 + 1.0, (f * 0.71).cos() * 2.0, (f * 1.3).sin());
             let found = closest.project(p);
             assert!((found.distance - brute_force(&mesh, p)).abs() < 0.02, "{p}");
             let [a, b, c] = mesh.points(found.triangle as usize);
@@ -252,9 +199,6 @@ mod tests {
     fn says_so_when_there_is_nothing_to_find() {
         let nothing = ClosestPoint::new(&TriangleMesh::default());
         assert_eq!(nothing.project(DVec3::ONE).triangle, NONE);
-        assert_eq!(
-            ClosestPoint::new(&strip()).project(DVec3::NAN).triangle,
-            NONE
-        );
+        assert_eq!(ClosestPoint::new(&strip()).project(DVec3::NAN).triangle, NONE);
     }
 }

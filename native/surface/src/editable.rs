@@ -53,13 +53,7 @@ pub(crate) fn fans(triangles: &[[u32; 3]], twin: &[u32]) -> (Vec<[u32; 3]>, Vec<
             h = twin[next(h) as usize];
         }
     }
-    (
-        corners
-            .chunks_exact(3)
-            .map(|c| [c[0], c[1], c[2]])
-            .collect(),
-        vertex_of,
-    )
+    (corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(), vertex_of)
 }
 
 impl Editable {
@@ -79,15 +73,7 @@ impl Editable {
                 outgoing[v as usize] = h as u32;
             }
         }
-        Self {
-            positions,
-            identity,
-            source,
-            origin,
-            twin,
-            outgoing,
-            next_identity: identities,
-        }
+        Self { positions, identity, source, origin, twin, outgoing, next_identity: identities }
     }
 
     /// Number of vertices, removed ones included.
@@ -132,9 +118,8 @@ impl Editable {
 
     /// One live half-edge of each edge.
     pub fn edges(&self) -> impl Iterator<Item = u32> + '_ {
-        (0..self.half_edge_slots()).filter(|&h| {
-            self.is_live(h) && (self.twin[h as usize] == NONE || h < self.twin[h as usize])
-        })
+        (0..self.half_edge_slots())
+            .filter(|&h| self.is_live(h) && (self.twin[h as usize] == NONE || h < self.twin[h as usize]))
     }
 
     /// Live triangles.
@@ -177,11 +162,8 @@ impl Editable {
 
     /// True when an edge joins `a` to a copy of `b`, or `b` to a copy of `a`.
     pub fn are_joined(&self, a: u32, b: u32) -> bool {
-        self.neighbours(a)
-            .any(|n| self.identity[n as usize] == self.identity[b as usize])
-            || self
-                .neighbours(b)
-                .any(|n| self.identity[n as usize] == self.identity[a as usize])
+        self.neighbours(a).any(|n| self.identity[n as usize] == self.identity[b as usize])
+            || self.neighbours(b).any(|n| self.identity[n as usize] == self.identity[a as usize])
     }
 
     /// Splits the edge of `h` at a new vertex, and returns that. `h` then runs from its old origin to the new vertex.
@@ -277,9 +259,7 @@ impl Editable {
                 continue;
             };
             let outer = [next(side), prev(side)].map(|e| self.twin[e as usize]);
-            if outer == [NONE; 2]
-                || self.valence(apex) <= if self.is_border_vertex(apex) { 2 } else { 3 }
-            {
+            if outer == [NONE; 2] || self.valence(apex) <= if self.is_border_vertex(apex) { 2 } else { 3 } {
                 return false;
             }
         }
@@ -290,9 +270,7 @@ impl Editable {
         }
         self.neighbours(v)
             .filter(|&n| n != w && !apexes.contains(&Some(n)))
-            .all(|n| {
-                self.identity[n as usize] != self.identity[w as usize] && !self.are_joined(n, w)
-            })
+            .all(|n| self.identity[n as usize] != self.identity[w as usize] && !self.are_joined(n, w))
     }
 
     /// Moves `v`, one end of the edge of `h`, into the other and removes the triangles between; ask
@@ -308,10 +286,7 @@ impl Editable {
         let mut anchors = [None; 2];
         for (side, anchor) in sides.into_iter().zip(&mut anchors) {
             let Some(side) = side else { continue };
-            let (x, y) = (
-                self.twin[next(side) as usize],
-                self.twin[prev(side) as usize],
-            );
+            let (x, y) = (self.twin[next(side) as usize], self.twin[prev(side) as usize]);
             *anchor = Some((self.apex(side), if x == NONE { y } else { x }));
             self.pair(x, y);
             for e in [side, next(side), prev(side)] {
@@ -321,11 +296,7 @@ impl Editable {
         for (apex, edge) in anchors.into_iter().flatten() {
             // The edge joins the apex and w, either way round.
             for vertex in [apex, w] {
-                self.outgoing[vertex as usize] = if self.from(edge) == vertex {
-                    edge
-                } else {
-                    next(edge)
-                };
+                self.outgoing[vertex as usize] = if self.from(edge) == vertex { edge } else { next(edge) };
                 self.rewind(vertex);
             }
         }

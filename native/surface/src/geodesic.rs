@@ -33,10 +33,7 @@ impl PartialOrd for Front {
 
 impl Ord for Front {
     fn cmp(&self, other: &Self) -> Ordering {
-        other
-            .distance
-            .total_cmp(&self.distance)
-            .then(other.vertex.cmp(&self.vertex))
+        other.distance.total_cmp(&self.distance).then(other.vertex.cmp(&self.vertex))
     }
 }
 
@@ -144,19 +141,14 @@ impl March<'_> {
         let Some(left) = unfold(DVec2::ZERO, right, self.length(u, q), self.length(p, q)) else {
             return;
         };
-        let light = Light {
-            at: DVec2::ZERO,
-            offset: self.distance[u as usize],
-        };
+        let light = Light { at: DVec2::ZERO, offset: self.distance[u as usize] };
         self.unfold_beyond(light, gate, [left, right], [left, right], UNFOLDINGS);
     }
 
     /// Two settled vertices a, b of the triangle (a, b, c) update c, and what lies behind its two other edges.
     fn spread_pair(&mut self, [a, b]: [u32; 2], c: u32, across: [u32; 2]) {
         let base = self.length(a, b);
-        let Some(source) =
-            virtual_source(self.distance[a as usize], self.distance[b as usize], base)
-        else {
+        let Some(source) = virtual_source(self.distance[a as usize], self.distance[b as usize], base) else {
             return;
         };
         let ends = [DVec2::ZERO, DVec2::new(base, 0.0)];
@@ -168,37 +160,17 @@ impl March<'_> {
         }
         for gate in across {
             let foot = |v: u32| {
-                if v == c {
-                    apex
-                } else {
-                    ends[usize::from(v == b)]
-                }
+                if v == c { apex } else { ends[usize::from(v == b)] }
             };
             // Seen from across, the gate runs the other way: its end lies on the left.
             let (left, right) = (foot(self.topology.to(gate)), foot(self.topology.from(gate)));
-            self.unfold_beyond(
-                Light {
-                    at: source,
-                    offset: 0.0,
-                },
-                gate,
-                [left, right],
-                ends,
-                UNFOLDINGS,
-            );
+            self.unfold_beyond(Light { at: source, offset: 0.0 }, gate, [left, right], ends, UNFOLDINGS);
         }
     }
 
     /// Follows the light through an edge into the triangles behind, as far as `left_to_unfold` triangles.
     /// `ends` are the plane positions of the edge, left and right; `window` is what the light has passed before.
-    fn unfold_beyond(
-        &mut self,
-        light: Light,
-        gate: u32,
-        ends: [DVec2; 2],
-        window: [DVec2; 2],
-        left_to_unfold: u32,
-    ) {
+    fn unfold_beyond(&mut self, light: Light, gate: u32, ends: [DVec2; 2], window: [DVec2; 2], left_to_unfold: u32) {
         let twin = self.topology.twin[gate as usize];
         let Some(window) = narrowed(light.at, window, ends) else {
             return;
@@ -207,36 +179,16 @@ impl March<'_> {
             return;
         }
         let (left, right) = (self.topology.from(twin), self.topology.to(twin));
-        let (right_side, left_side) = (
-            self.topology.next[twin as usize],
-            self.topology.prev[twin as usize],
-        );
+        let (right_side, left_side) = (self.topology.next[twin as usize], self.topology.prev[twin as usize]);
         let far = self.topology.from(left_side);
-        let Some(point) = unfold(
-            ends[0],
-            ends[1],
-            self.length(left, far),
-            self.length(right, far),
-        ) else {
+        let Some(point) = unfold(ends[0], ends[1], self.length(left, far), self.length(right, far)) else {
             return;
         };
         if passes(light.at, point, window) {
             self.offer(far, light.offset + light.at.distance(point));
         }
-        self.unfold_beyond(
-            light,
-            left_side,
-            [ends[0], point],
-            window,
-            left_to_unfold - 1,
-        );
-        self.unfold_beyond(
-            light,
-            right_side,
-            [point, ends[1]],
-            window,
-            left_to_unfold - 1,
-        );
+        self.unfold_beyond(light, left_side, [ends[0], point], window, left_to_unfold - 1);
+        self.unfold_beyond(light, right_side, [point, ends[1]], window, left_to_unfold - 1);
     }
 }
 
@@ -247,16 +199,8 @@ const UNFOLDINGS: u32 = 4;
 /// The part of `window` that `ends` leaves open, both given by their left and right end.
 fn narrowed(source: DVec2, window: [DVec2; 2], ends: [DVec2; 2]) -> Option<[DVec2; 2]> {
     let left_of = |p: DVec2, q: DVec2| (q - source).perp_dot(p - source) > 0.0;
-    let left = if left_of(window[0], ends[0]) {
-        ends[0]
-    } else {
-        window[0]
-    };
-    let right = if left_of(ends[1], window[1]) {
-        ends[1]
-    } else {
-        window[1]
-    };
+    let left = if left_of(window[0], ends[0]) { ends[0] } else { window[0] };
+    let right = if left_of(ends[1], window[1]) { ends[1] } else { window[1] };
     left_of(left, right).then_some([left, right])
 }
 
@@ -288,24 +232,14 @@ mod tests {
     use crate::test_shapes::{grid, sphere};
 
     fn field(mesh: &TriangleMesh, sources: &[u32], limit: f64) -> Vec<f64> {
-        distance_field(
-            mesh,
-            &Topology::of_triangles(mesh),
-            sources,
-            limit,
-            &Monitor::new(),
-        )
-        .expect("not cancelled")
+        distance_field(mesh, &Topology::of_triangles(mesh), sources, limit, &Monitor::new()).expect("not cancelled")
     }
 
     #[test]
     fn is_exact_on_a_plane() {
         let mesh = grid(20, 20, |x, y| DVec3::new(x, y * 0.6, 0.0));
         let source = 21 * 7 + 5;
-        for (v, d) in field(&mesh, &[source], f64::INFINITY)
-            .into_iter()
-            .enumerate()
-        {
+        for (v, d) in field(&mesh, &[source], f64::INFINITY).into_iter().enumerate() {
             let exact = mesh.positions[v].distance(mesh.positions[source as usize]);
             assert!((d - exact).abs() < 1e-9, "vertex {v}: {d} against {exact}");
         }
@@ -315,15 +249,9 @@ mod tests {
     fn stays_close_on_a_sheared_plane_full_of_obtuse_triangles() {
         let mesh = grid(20, 20, |x, y| DVec3::new(x + 1.5 * y, y * 0.7, 0.0));
         let source = 21 * 10 + 10;
-        for (v, d) in field(&mesh, &[source], f64::INFINITY)
-            .into_iter()
-            .enumerate()
-        {
+        for (v, d) in field(&mesh, &[source], f64::INFINITY).into_iter().enumerate() {
             let exact = mesh.positions[v].distance(mesh.positions[source as usize]);
-            assert!(
-                (d - exact).abs() <= 0.02 * exact,
-                "vertex {v}: {d} against {exact}"
-            );
+            assert!((d - exact).abs() <= 0.02 * exact, "vertex {v}: {d} against {exact}");
         }
     }
 
@@ -342,17 +270,11 @@ mod tests {
         }
         let off = 48 * 11 + 4;
         let centre = mesh.positions[off];
-        for (v, d) in field(&mesh, &[off as u32], f64::INFINITY)
-            .into_iter()
-            .enumerate()
-        {
+        for (v, d) in field(&mesh, &[off as u32], f64::INFINITY).into_iter().enumerate() {
             let exact = centre.angle_between(mesh.positions[v]);
             // Fronts from all sides meet at the antipode.
             let allowed = if exact < 2.5 { 0.02 } else { 0.04 };
-            assert!(
-                (d - exact).abs() <= allowed * exact,
-                "vertex {v}: {d} against {exact}"
-            );
+            assert!((d - exact).abs() <= allowed * exact, "vertex {v}: {d} against {exact}");
         }
     }
 
@@ -361,13 +283,7 @@ mod tests {
         let mesh = grid(60, 60, |x, y| DVec3::new(x, y, 0.0));
         let monitor = Monitor::new();
         monitor.cancel();
-        let result = distance_field(
-            &mesh,
-            &Topology::of_triangles(&mesh),
-            &[0],
-            f64::INFINITY,
-            &monitor,
-        );
+        let result = distance_field(&mesh, &Topology::of_triangles(&mesh), &[0], f64::INFINITY, &monitor);
         assert_eq!(result, Err(Cancelled));
     }
 }

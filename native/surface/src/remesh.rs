@@ -31,11 +31,7 @@ pub struct RemeshOptions {
 
 impl Default for RemeshOptions {
     fn default() -> Self {
-        Self {
-            iterations: 6,
-            split_chords: true,
-            normal_limit: 60_f64.to_radians(),
-        }
+        Self { iterations: 6, split_chords: true, normal_limit: 60_f64.to_radians() }
     }
 }
 
@@ -144,10 +140,7 @@ pub fn remesh(
                 .collect();
             let input: Vec<u32> = fan_of.iter().map(|&fan| vertex_of[fan as usize]).collect();
             let editable = Editable::new(
-                input
-                    .iter()
-                    .map(|&v| surface.positions[v as usize])
-                    .collect(),
+                input.iter().map(|&v| surface.positions[v as usize]).collect(),
                 input,
                 &local_corners,
                 local_twin,
@@ -171,27 +164,17 @@ pub fn remesh(
 fn check_input(surface: &TriangleMesh, size: &[f64]) -> Result<(), RemeshError> {
     let vertices = surface.positions.len();
     if size.len() != vertices {
-        return Err(RemeshError::SizeCount {
-            given: size.len(),
-            vertices,
-        });
+        return Err(RemeshError::SizeCount { given: size.len(), vertices });
     }
     if let Some(vertex) = size.iter().position(|s| !(s.is_finite() && *s > 0.0)) {
-        return Err(RemeshError::BadSize {
-            vertex: vertex as u32,
-        });
+        return Err(RemeshError::BadSize { vertex: vertex as u32 });
     }
     if let Some(vertex) = surface.positions.iter().position(|p| !p.is_finite()) {
-        return Err(RemeshError::NotFinite {
-            vertex: vertex as u32,
-        });
+        return Err(RemeshError::NotFinite { vertex: vertex as u32 });
     }
-    let is_bad =
-        |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a || a.max(b).max(c) as usize >= vertices;
+    let is_bad = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a || a.max(b).max(c) as usize >= vertices;
     match surface.triangles.iter().position(is_bad) {
-        Some(triangle) => Err(RemeshError::BadTriangle {
-            triangle: triangle as u32,
-        }),
+        Some(triangle) => Err(RemeshError::BadTriangle { triangle: triangle as u32 }),
         None => Ok(()),
     }
 }
@@ -212,10 +195,7 @@ fn cut_twins(surface: &TriangleMesh, fixed_edges: &[[u32; 2]]) -> Result<Vec<u32
             }
         }
     }
-    match fixed_edges
-        .iter()
-        .position(|&[a, b]| !found.contains(&sorted(a, b)))
-    {
+    match fixed_edges.iter().position(|&[a, b]| !found.contains(&sorted(a, b))) {
         Some(edge) => Err(RemeshError::NoSuchEdge { edge }),
         None => Ok(twin),
     }
@@ -296,11 +276,7 @@ fn sew(surface: &TriangleMesh, pieces: &[Piece]) -> Remeshed {
             source.push(piece.nearest_input(t));
         }
     }
-    Remeshed {
-        mesh,
-        vertex,
-        source,
-    }
+    Remeshed { mesh, vertex, source }
 }
 
 /// Twice the area times the unit normal.

@@ -47,9 +47,7 @@ pub enum ResampleError {
         step: usize,
     },
     /// Positions must rise strictly between 0 and 1.
-    #[error(
-        "position {position} of chain {chain} does not lie between its neighbours and within (0, 1)"
-    )]
+    #[error("position {position} of chain {chain} does not lie between its neighbours and within (0, 1)")]
     BadPosition {
         /// Index of the chain.
         chain: usize,
@@ -63,9 +61,7 @@ pub enum ResampleError {
         chain: usize,
     },
     /// Chains may meet at their ends only.
-    #[error(
-        "chain {chain} passes vertex {vertex} again, or another chain does; cut the chains there"
-    )]
+    #[error("chain {chain} passes vertex {vertex} again, or another chain does; cut the chains there")]
     Crossing {
         /// Index of the chain.
         chain: usize,
@@ -81,9 +77,7 @@ pub enum ResampleError {
         vertex: u32,
     },
     /// No sequence of splits, flips and collapses frees the chain.
-    #[error(
-        "chain {chain} cannot be reduced to its samples without changing the topology; give it more"
-    )]
+    #[error("chain {chain} cannot be reduced to its samples without changing the topology; give it more")]
     Topology {
         /// Index of the chain.
         chain: usize,
@@ -117,10 +111,7 @@ pub fn resample_chains(
         copies[v as usize].push(fan as u32);
     }
     let editable = Editable::new(
-        vertex_of
-            .iter()
-            .map(|&v| mesh.positions[v as usize])
-            .collect(),
+        vertex_of.iter().map(|&v| mesh.positions[v as usize]).collect(),
         vertex_of.clone(),
         &corners,
         topology.twin,
@@ -145,19 +136,10 @@ pub fn resample_chains(
     }
     let paths: Vec<Vec<u32>> = samples
         .into_iter()
-        .map(|(path, is_sample)| {
-            path.into_iter()
-                .zip(is_sample)
-                .filter(|p| p.1)
-                .map(|p| p.0)
-                .collect()
-        })
+        .map(|(path, is_sample)| path.into_iter().zip(is_sample).filter(|p| p.1).map(|p| p.0).collect())
         .collect();
     for (chain, path) in paths.iter().enumerate() {
-        if path
-            .windows(2)
-            .any(|step| removal.edge(step[0], step[1]).is_none())
-        {
+        if path.windows(2).any(|step| removal.edge(step[0], step[1]).is_none()) {
             return Err(ResampleError::Topology { chain });
         }
     }
@@ -210,14 +192,8 @@ fn insert_samples(removal: &mut Removal, chain: &Chain) -> (Vec<u32>, Vec<bool>)
             let (from, to) = (path[path.len() - 1], old[k]);
             // All of a chain without length is one point.
             let length = arc[k] - arc[k - 1];
-            let fraction = if length > 0.0 {
-                (at - arc[k - 1]) / length
-            } else {
-                0.0
-            };
-            let place = removal
-                .position(old[k - 1])
-                .lerp(removal.position(old[k]), fraction.clamp(0.0, 1.0));
+            let fraction = if length > 0.0 { (at - arc[k - 1]) / length } else { 0.0 };
+            let place = removal.position(old[k - 1]).lerp(removal.position(old[k]), fraction.clamp(0.0, 1.0));
             path.push(removal.split(from, to, place));
             is_sample.push(true);
             wanted.next();
@@ -254,20 +230,11 @@ fn read_out(input: &TriangleMesh, editable: &Editable, paths: &[Vec<u32>]) -> Re
     }
     let mut source = Vec::new();
     for t in editable.triangles() {
-        mesh.triangles
-            .push(editable.corners(t).map(|v| output[v as usize]));
+        mesh.triangles.push(editable.corners(t).map(|v| output[v as usize]));
         source.push(editable.source[t as usize]);
     }
-    let chains = paths
-        .iter()
-        .map(|path| path.iter().map(|&v| output[v as usize]).collect())
-        .collect();
-    Resampled {
-        mesh,
-        source,
-        chains,
-        vertex,
-    }
+    let chains = paths.iter().map(|path| path.iter().map(|&v| output[v as usize]).collect()).collect();
+    Resampled { mesh, source, chains, vertex }
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! Optimising the shape of quads on a surface: untangle, round, then lift the worst.
 //!
-//! Follows DESIGN 4 "Finish" and 5 "Vertex optimisation" (Daniels et al., 2011, section 6: move in the tangent plane, reproject, halve
-//! steps that would invert). Deviation: instead of a Laplacian, each vertex minimises the barrier energy of
-//! [`crate::smooth_star`], and the vertices of bad quads then maximise the worst quality around them. Vertices are visited
-//! one after another in index order: the result does not depend on threads.
+//! Follows Daniels et al., "Template-based quadrilateral meshing", 2011, section 6: move in the tangent plane, reproject,
+//! halve steps that would invert. Deviation: instead of a Laplacian, each vertex minimises the barrier energy of
+//! [`crate::smooth_star`], and the vertices of bad quads then maximise the worst quality around them. Vertices are
+//! visited one after another in index order: the result does not depend on threads.
 
 use crate::smooth_star::{Goal, Polyline, Reference, Star, Track, quad_quality};
 use glam::DVec3;
@@ -160,7 +160,11 @@ impl<'a> Smoother<'a> {
             .constraints
             .iter()
             .zip(positions.iter())
-            .map(|(c, &p)| if let Constraint::OnChain(chain) = c { patch.chains[*chain as usize].locate(p) } else { 0.0 })
+            .map(
+                |(c, &p)| {
+                    if let Constraint::OnChain(chain) = c { patch.chains[*chain as usize].locate(p) } else { 0.0 }
+                },
+            )
             .collect();
         let mut smoother = Self {
             patch,
@@ -236,7 +240,9 @@ impl<'a> Smoother<'a> {
                 Track::Surface(patch.surfaces[patch.surface_of[quad as usize] as usize])
             }
         };
-        let Some((place, arc)) = self.star.relax(self.positions[v], &track, goal, &mut self.step[v]) else { return false };
+        let Some((place, arc)) = self.star.relax(self.positions[v], &track, goal, &mut self.step[v]) else {
+            return false;
+        };
         self.positions[v] = place;
         self.arc[v] = arc;
         self.step[v] > 8e-3
@@ -283,8 +289,10 @@ impl<'a> Smoother<'a> {
     fn sweep_worst(&mut self, options: &SmoothOptions, monitor: &Monitor) -> Result<(), Cancelled> {
         self.step.fill(0.1);
         for _ in 0..options.worst_sweeps {
-            let mut bad: Vec<(f64, usize)> =
-                (0..self.patch.quads.len()).map(|q| (self.quality(q), q)).filter(|&(quality, _)| quality < options.target).collect();
+            let mut bad: Vec<(f64, usize)> = (0..self.patch.quads.len())
+                .map(|q| (self.quality(q), q))
+                .filter(|&(quality, _)| quality < options.target)
+                .collect();
             bad.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let mut done = vec![false; self.positions.len()];
             let mut moved = false;

@@ -20,9 +20,18 @@ pub fn blend_weights(distance: &[f64], radius: f64) -> Vec<f64> {
 ///
 /// # Panics
 /// When there are fewer weights than vertices.
-pub fn laplacian_blend(mesh: &mut TriangleMesh, weight: &[f64], steps: usize, monitor: &Monitor) -> Result<(), Cancelled> {
-    let mut edges: Vec<(u32, u32)> =
-        mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| (a.min(b), a.max(b))).collect();
+pub fn laplacian_blend(
+    mesh: &mut TriangleMesh,
+    weight: &[f64],
+    steps: usize,
+    monitor: &Monitor,
+) -> Result<(), Cancelled> {
+    let mut edges: Vec<(u32, u32)> = mesh
+        .triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+        .map(|(a, b)| (a.min(b), a.max(b)))
+        .collect();
     edges.sort_unstable();
     edges.dedup();
     for _ in 0..steps {

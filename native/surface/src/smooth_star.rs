@@ -169,7 +169,8 @@ impl Star {
 
     /// Mean length of the edges at the vertex.
     fn edge_length(&self, x: DVec3) -> f64 {
-        self.quads.iter().map(|q| x.distance(q.others[0]) + x.distance(q.others[2])).sum::<f64>() / (2.0 * self.quads.len() as f64)
+        self.quads.iter().map(|q| x.distance(q.others[0]) + x.distance(q.others[2])).sum::<f64>()
+            / (2.0 * self.quads.len() as f64)
     }
 
     /// Fixes the regularisation for the candidates of one move: small where all is well, else grown with the worst corner.
@@ -194,9 +195,7 @@ impl Star {
     fn value(&self, x: DVec3, goal: Goal) -> f64 {
         match goal {
             Goal::Shape => self.quads.iter().map(|q| self.quad_energy(q, x)).sum(),
-            Goal::Worst => {
-                self.quads.iter().map(|q| (-SOFT_MINIMUM * quad_quality(q.points(x), q.normal)).exp()).sum()
-            }
+            Goal::Worst => self.quads.iter().map(|q| (-SOFT_MINIMUM * quad_quality(q.points(x), q.normal)).exp()).sum(),
         }
     }
 
@@ -211,7 +210,8 @@ impl Star {
             let jacobian = edge[before].cross(edge[k]).dot(q.normal);
             let h = 0.5 * (jacobian + (jacobian * jacobian + 4.0 * self.delta_squared).sqrt());
             // Edges 0-1 and 2-3 run the first way, the others the second.
-            let (first, second) = if k & 1 == 0 { (squared[k], squared[before]) } else { (squared[before], squared[k]) };
+            let (first, second) =
+                if k & 1 == 0 { (squared[k], squared[before]) } else { (squared[before], squared[k]) };
             let v = (first / q.aspect + second * q.aspect) / (2.0 * h.max(f64::MIN_POSITIVE));
             sum += v * v;
         }

@@ -33,7 +33,8 @@ struct Grid {
 /// An n by n grid of unit quads in the plane with its border fixed.
 fn grid(n: usize) -> Grid {
     let at = |i: usize, j: usize| (i * (n + 1) + j) as u32;
-    let quads = (0..n).flat_map(|i| (0..n).map(move |j| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])).collect();
+    let quads =
+        (0..n).flat_map(|i| (0..n).map(move |j| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])).collect();
     let (mut positions, mut constraints) = (vec![], vec![]);
     for i in 0..=n {
         for j in 0..=n {
@@ -46,7 +47,12 @@ fn grid(n: usize) -> Grid {
 }
 
 impl Grid {
-    fn patch<'a>(&'a self, surface_of: &'a [u32], chains: &'a [Polyline], surfaces: &'a [&'a dyn Reference]) -> Patch<'a> {
+    fn patch<'a>(
+        &'a self,
+        surface_of: &'a [u32],
+        chains: &'a [Polyline],
+        surfaces: &'a [&'a dyn Reference],
+    ) -> Patch<'a> {
         Patch { quads: &self.quads, surface_of, constraints: &self.constraints, chains, surfaces }
     }
 }
@@ -57,7 +63,8 @@ fn least_planar_sine(quads: &[[u32; 4]], p: &[DVec3]) -> f64 {
     for quad in quads {
         for k in 0..4 {
             let at = |i: usize| p[quad[(k + i) % 4] as usize].truncate();
-            least = least.min((at(1) - at(0)).perp_dot(at(3) - at(0)) / (at(0).distance(at(1)) * at(0).distance(at(3))));
+            least =
+                least.min((at(1) - at(0)).perp_dot(at(3) - at(0)) / (at(0).distance(at(1)) * at(0).distance(at(3))));
         }
     }
     least
@@ -117,7 +124,8 @@ fn a_quad_folded_over_on_the_sphere_is_unfolded() {
     positions[v] = positions[v + 3];
     let surface_of = vec![0; g.quads.len()];
     let report =
-        smooth_quads(g.patch(&surface_of, &[], &[&Sphere]), &mut positions, &SmoothOptions::default(), &Monitor::new()).unwrap();
+        smooth_quads(g.patch(&surface_of, &[], &[&Sphere]), &mut positions, &SmoothOptions::default(), &Monitor::new())
+            .unwrap();
     assert!(report.worst_before <= 0.0 && report.worst > 0.6, "{report:?}");
     // Every triangle of both splits faces outwards.
     for quad in &g.quads {
@@ -141,7 +149,10 @@ fn bad_arrays_and_cancelling_are_errors() {
         run(g.patch(&[0; 2], &[], &[&Plane]), &mut positions, &monitor),
         Err(SmoothError::Length { array: "surface_of", found: 2, wanted: 9 })
     );
-    assert_eq!(run(g.patch(&[0, 0, 1, 0, 0, 0, 0, 0, 0], &[], &[&Plane]), &mut positions, &monitor), Err(SmoothError::Quad { quad: 2 }));
+    assert_eq!(
+        run(g.patch(&[0, 0, 1, 0, 0, 0, 0, 0, 0], &[], &[&Plane]), &mut positions, &monitor),
+        Err(SmoothError::Quad { quad: 2 })
+    );
     monitor.cancel();
     assert_eq!(run(g.patch(&[0; 9], &[], &[&Plane]), &mut positions, &monitor), Err(SmoothError::Cancelled(Cancelled)));
 }
@@ -162,8 +173,13 @@ fn two_thousand_quads_follow_a_triangle_mesh() {
         .collect();
     let surface_of = vec![0; g.quads.len()];
     let clock = std::time::Instant::now();
-    let report =
-        smooth_quads(g.patch(&surface_of, &[], &[&reference]), &mut positions, &SmoothOptions::default(), &Monitor::new()).unwrap();
+    let report = smooth_quads(
+        g.patch(&surface_of, &[], &[&reference]),
+        &mut positions,
+        &SmoothOptions::default(),
+        &Monitor::new(),
+    )
+    .unwrap();
     println!("{} quads in {:.1} ms: {report:?}", g.quads.len(), 1e3 * clock.elapsed().as_secs_f64());
     assert!(report.worst > 0.6 && report.mean > 0.9, "{report:?}");
     for (p, c) in positions.iter().zip(&g.constraints) {

@@ -27,20 +27,12 @@ pub fn grid(columns: u32, rows: u32, place: impl Fn(f64, f64) -> DVec3) -> Trian
 /// A unit sphere of `meridians` x `parallels` strips: vertex 0 is the north pole, the last the south pole, ring `r`
 /// (from 1) starts at `1 + (r - 1) * meridians`.
 pub fn sphere(meridians: u32, parallels: u32) -> TriangleMesh {
-    let mut mesh = TriangleMesh {
-        positions: vec![DVec3::Z],
-        triangles: vec![],
-    };
+    let mut mesh = TriangleMesh { positions: vec![DVec3::Z], triangles: vec![] };
     for r in 1..parallels {
         let polar = std::f64::consts::PI * f64::from(r) / f64::from(parallels);
         for m in 0..meridians {
-            let (sin, cos) =
-                (std::f64::consts::TAU * f64::from(m) / f64::from(meridians)).sin_cos();
-            mesh.positions.push(DVec3::new(
-                polar.sin() * cos,
-                polar.sin() * sin,
-                polar.cos(),
-            ));
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(m) / f64::from(meridians)).sin_cos();
+            mesh.positions.push(DVec3::new(polar.sin() * cos, polar.sin() * sin, polar.cos()));
         }
     }
     let south = mesh.positions.len() as u32;
@@ -49,13 +41,10 @@ pub fn sphere(meridians: u32, parallels: u32) -> TriangleMesh {
     for m in 0..meridians {
         mesh.triangles.push([0, at(1, m), at(1, m + 1)]);
         for r in 1..parallels - 1 {
-            mesh.triangles
-                .push([at(r, m), at(r + 1, m), at(r + 1, m + 1)]);
-            mesh.triangles
-                .push([at(r, m), at(r + 1, m + 1), at(r, m + 1)]);
+            mesh.triangles.push([at(r, m), at(r + 1, m), at(r + 1, m + 1)]);
+            mesh.triangles.push([at(r, m), at(r + 1, m + 1), at(r, m + 1)]);
         }
-        mesh.triangles
-            .push([at(parallels - 1, m), south, at(parallels - 1, m + 1)]);
+        mesh.triangles.push([at(parallels - 1, m), south, at(parallels - 1, m + 1)]);
     }
     mesh
 }
@@ -84,38 +73,20 @@ pub fn census(mesh: &TriangleMesh) -> Census {
     }
     let mut edges = BTreeMap::new();
     for (&(a, b), &count) in &directed {
-        edges
-            .entry((a.min(b), a.max(b)))
-            .or_insert_with(Vec::new)
-            .push(count);
+        edges.entry((a.min(b), a.max(b))).or_insert_with(Vec::new).push(count);
     }
-    let bad_edges = edges
-        .values()
-        .filter(|counts| counts.iter().any(|&c| c > 1))
-        .count();
-    let border_edges = edges
-        .values()
-        .filter(|counts| counts.as_slice() == [1])
-        .count();
+    let bad_edges = edges.values().filter(|counts| counts.iter().any(|&c| c > 1)).count();
+    let border_edges = edges.values().filter(|counts| counts.as_slice() == [1]).count();
     let bad_vertices = links.values().filter(|link| !is_one_path(link)).count();
     let euler = links.len() as i64 - edges.len() as i64 + mesh.triangles.len() as i64;
-    Census {
-        euler,
-        border_edges,
-        bad_edges,
-        bad_vertices,
-    }
+    Census { euler, border_edges, bad_edges, bad_vertices }
 }
 
 /// True when the segments chain up into one path or one loop.
 fn is_one_path(segments: &[(u32, u32)]) -> bool {
     let next: BTreeMap<u32, u32> = segments.iter().copied().collect();
     let ends: std::collections::BTreeSet<u32> = segments.iter().map(|s| s.1).collect();
-    let start = segments
-        .iter()
-        .map(|s| s.0)
-        .find(|v| !ends.contains(v))
-        .unwrap_or(segments[0].0);
+    let start = segments.iter().map(|s| s.0).find(|v| !ends.contains(v)).unwrap_or(segments[0].0);
     let mut walked = 0;
     let mut v = start;
     while let Some(&w) = next.get(&v) {
@@ -135,11 +106,7 @@ pub fn minimum_angle(mesh: &TriangleMesh) -> f64 {
         let p = mesh.points(t);
         for k in 0..3 {
             let angle = (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
-            least = least.min(if angle.is_nan() {
-                0.0
-            } else {
-                angle.to_degrees()
-            });
+            least = least.min(if angle.is_nan() { 0.0 } else { angle.to_degrees() });
         }
     }
     least
@@ -147,23 +114,14 @@ pub fn minimum_angle(mesh: &TriangleMesh) -> f64 {
 
 /// Cuts a mesh by a plane; returns the edges on the cut. Tiny triangles appear wherever the plane passes near a vertex.
 pub fn cut(mesh: &TriangleMesh, normal: DVec3, offset: f64) -> (TriangleMesh, Vec<[u32; 2]>) {
-    let height: Vec<f64> = mesh
-        .positions
-        .iter()
-        .map(|p| p.dot(normal) - offset)
-        .collect();
+    let height: Vec<f64> = mesh.positions.iter().map(|p| p.dot(normal) - offset).collect();
     assert!(height.iter().all(|h| *h != 0.0));
-    let mut out = TriangleMesh {
-        positions: mesh.positions.clone(),
-        triangles: vec![],
-    };
+    let mut out = TriangleMesh { positions: mesh.positions.clone(), triangles: vec![] };
     let mut on_edge = BTreeMap::new();
     let mut curve = Vec::new();
     for &triangle in &mesh.triangles {
         let above = triangle.map(|v| height[v as usize] > 0.0);
-        let Some(odd) =
-            (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3])
-        else {
+        let Some(odd) = (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3]) else {
             out.triangles.push(triangle);
             continue;
         };
@@ -171,9 +129,7 @@ pub fn cut(mesh: &TriangleMesh, normal: DVec3, offset: f64) -> (TriangleMesh, Ve
         let mut crossing = |u: u32, v: u32| {
             *on_edge.entry((u.min(v), u.max(v))).or_insert_with(|| {
                 let (hu, hv) = (height[u as usize], height[v as usize]);
-                out.positions.push(
-                    (out.positions[u as usize] * hv - out.positions[v as usize] * hu) / (hv - hu),
-                );
+                out.positions.push((out.positions[u as usize] * hv - out.positions[v as usize] * hu) / (hv - hu));
                 out.positions.len() as u32 - 1
             })
         };
@@ -191,8 +147,7 @@ pub fn insert_slivers(mesh: &mut TriangleMesh) {
         let [p, q, r] = mesh.points(t);
         let squeeze = if t % 2 == 0 { 1e-6 } else { 0.0 };
         let m = mesh.positions.len() as u32;
-        mesh.positions
-            .push(p * (0.4 - squeeze) + q * 0.6 + r * squeeze);
+        mesh.positions.push(p * (0.4 - squeeze) + q * 0.6 + r * squeeze);
         mesh.triangles[t] = [a, b, m];
         mesh.triangles.extend([[b, c, m], [c, a, m]]);
     }

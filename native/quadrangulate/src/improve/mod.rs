@@ -1,9 +1,9 @@
 //! Fewer irregular vertices and better quads by local changes of the connectivity.
 //!
-//! DESIGN 4 "Fill": the fillers leave irregular vertices that a local search removes. The operators are those of Tarini et al.,
+//! The fillers leave irregular vertices that a local search removes. The operators are those of Tarini et al.,
 //! "Practical quad mesh simplification", 2010; the search looks a few operators ahead, which lets irregular vertices of
-//! valence 3 and 5 travel towards each other and cancel. Deviation: that paper simplifies; here the size stays, each change is tried on the
-//! surface, smoothed locally, and taken back when the shape does not bear it.
+//! valence 3 and 5 travel towards each other and cancel. Deviation: that paper simplifies; here the size stays, each
+//! change is tried on the surface, smoothed locally, and taken back when the shape does not bear it.
 
 mod editable;
 mod operators;
@@ -102,7 +102,9 @@ pub enum ImproveError {
     #[error(transparent)]
     Input(SmoothError),
     /// Not an oriented manifold.
-    #[error("quad {quad} repeats a vertex, meets an edge that has two quads already, or has a vertex where the surface only touches itself; repair the start")]
+    #[error(
+        "quad {quad} repeats a vertex, meets an edge that has two quads already, or has a vertex where the surface only touches itself; repair the start"
+    )]
     NotManifold {
         /// The quad.
         quad: usize,
@@ -122,7 +124,12 @@ impl From<SmoothError> for ImproveError {
 }
 
 impl QuadPatch {
-    fn smooth(&mut self, setting: &Setting<'_>, options: &SmoothOptions, monitor: &Monitor) -> Result<SmoothReport, SmoothError> {
+    fn smooth(
+        &mut self,
+        setting: &Setting<'_>,
+        options: &SmoothOptions,
+        monitor: &Monitor,
+    ) -> Result<SmoothReport, SmoothError> {
         let patch = Patch {
             quads: &self.quads,
             surface_of: &self.surface_of,
@@ -140,7 +147,12 @@ impl QuadPatch {
 ///
 /// # Errors
 /// [`ImproveError`] when the start is not an oriented manifold of quads, arrays do not fit, or the caller cancels.
-pub fn improve(mut start: QuadPatch, setting: &Setting<'_>, options: &ImproveOptions, monitor: &Monitor) -> Result<Improved, ImproveError> {
+pub fn improve(
+    mut start: QuadPatch,
+    setting: &Setting<'_>,
+    options: &ImproveOptions,
+    monitor: &Monitor,
+) -> Result<Improved, ImproveError> {
     if setting.outside.len() != start.positions.len() {
         let (found, wanted) = (setting.outside.len(), start.positions.len());
         return Err(ImproveError::Input(SmoothError::Length { array: "outside", found, wanted }));
@@ -164,7 +176,12 @@ pub fn improve(mut start: QuadPatch, setting: &Setting<'_>, options: &ImproveOpt
     }
     let features = setting.features.iter().map(|edge| edge.map(|v| new_index[v as usize])).collect();
     let smooth = patch.smooth(setting, &options.smooth, monitor)?;
-    Ok(Improved { patch, source, features, report: ImproveReport { irregular_before, irregular, changes, trials, smooth } })
+    Ok(Improved {
+        patch,
+        source,
+        features,
+        report: ImproveReport { irregular_before, irregular, changes, trials, smooth },
+    })
 }
 
 /// Angle from `a` to `b` counter-clockwise about `normal`, above 0 and up to a full turn.

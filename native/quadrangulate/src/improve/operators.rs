@@ -147,9 +147,12 @@ impl Editable {
         if between.len() < 2 || (!self.anchored[at as usize] && total - between.len() < 2) {
             return None;
         }
-        let place = (self.positions[at as usize] * 2.0 + self.positions[from as usize] + self.positions[to as usize]) / 4.0;
-        let inner: mesh::DVec3 =
-            between.iter().map(|(_, quad)| quad.iter().map(|&v| self.positions[v as usize]).sum::<mesh::DVec3>() / 4.0).sum();
+        let place =
+            (self.positions[at as usize] * 2.0 + self.positions[from as usize] + self.positions[to as usize]) / 4.0;
+        let inner: mesh::DVec3 = between
+            .iter()
+            .map(|(_, quad)| quad.iter().map(|&v| self.positions[v as usize]).sum::<mesh::DVec3>() / 4.0)
+            .sum();
         let new = self.add_vertex((place + inner / between.len() as f64) / 2.0, self.size[at as usize]);
         for (p, quad) in between {
             self.remove(p);
@@ -162,11 +165,16 @@ impl Editable {
     /// Merges the two quads at every free vertex of valence two that the last change left. False when one cannot be merged.
     fn remove_doublets(&mut self, mark: Mark) -> bool {
         for _ in 0..4 {
-            let doublet = self.touched(mark).into_iter().find(|&v| !self.anchored[v as usize] && self.around[v as usize].len() == 2);
+            let doublet = self
+                .touched(mark)
+                .into_iter()
+                .find(|&v| !self.anchored[v as usize] && self.around[v as usize].len() == 2);
             let Some(v) = doublet else { return true };
             let (p, q) = (self.around[v as usize][0], self.around[v as usize][1]);
             let (Some(first), Some(second)) = (self.quads[p as usize], self.quads[q as usize]) else { return false };
-            let (Some(i), Some(j)) = (first.iter().position(|&w| w == v), second.iter().position(|&w| w == v)) else { return false };
+            let (Some(i), Some(j)) = (first.iter().position(|&w| w == v), second.iter().position(|&w| w == v)) else {
+                return false;
+            };
             let surface = self.surface_of[p as usize];
             if surface != self.surface_of[q as usize]
                 || first[(i + 1) & 3] != second[(j + 3) & 3]

@@ -51,8 +51,18 @@ impl<'a> Search<'a> {
     pub(super) fn new(mesh: Editable, surfaces: &'a [&'a dyn Reference], options: &'a ImproveOptions) -> Self {
         let n = mesh.positions.len();
         let cost = (0..n as u32).map(|v| mesh.vertex_cost(v)).collect();
-        let mut search =
-            Self { mesh, surfaces, options, cost, normals: Vec::new(), changed: vec![0; n], clock: 0, budget: 0, trials: 0, changes: 0 };
+        let mut search = Self {
+            mesh,
+            surfaces,
+            options,
+            cost,
+            normals: Vec::new(),
+            changed: vec![0; n],
+            clock: 0,
+            budget: 0,
+            trials: 0,
+            changes: 0,
+        };
         search.extend_normals();
         search
     }
@@ -92,14 +102,28 @@ impl<'a> Search<'a> {
     fn improve_at(&mut self, v: u32, depth: usize, bad: bool, drift: bool) -> bool {
         let mut plans = Vec::new();
         // A bad quad may be worth an irregular vertex.
-        let limit = if bad { 1 } else if drift { 0 } else { -1 };
+        let limit = if bad {
+            1
+        } else if drift {
+            0
+        } else {
+            -1
+        };
         self.explore(v, depth, 0, limit, &mut Vec::new(), &mut plans);
         plans.sort_by_key(|plan| (plan.gain, plan.operators.len()));
         plans.iter().take(if bad { TRIALS_AT_BAD } else { TRIALS }).any(|plan| self.attempt(plan))
     }
 
     /// Collects the sequences of up to `depth` operators from `v` that bring the valence cost to `limit` or below.
-    fn explore(&mut self, v: u32, depth: usize, so_far: i32, limit: i32, path: &mut Vec<Operator>, plans: &mut Vec<Plan>) {
+    fn explore(
+        &mut self,
+        v: u32,
+        depth: usize,
+        so_far: i32,
+        limit: i32,
+        path: &mut Vec<Operator>,
+        plans: &mut Vec<Plan>,
+    ) {
         let operators = self.mesh.operators_at(v);
         let share = self.options.budget / operators.len().max(1);
         for operator in operators {

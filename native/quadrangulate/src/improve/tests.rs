@@ -48,7 +48,8 @@ struct Start {
 
 impl Band {
     fn position(&self, i: f64, j: f64) -> DVec3 {
-        let (radius, angle) = (self.around as f64 / 6.3 + j - self.rings as f64 / 2.0, std::f64::consts::TAU * i / self.around as f64);
+        let (radius, angle) =
+            (self.around as f64 / 6.3 + j - self.rings as f64 / 2.0, std::f64::consts::TAU * i / self.around as f64);
         let flat = DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0);
         self.sphere.map_or(flat, |r| DVec3::new(flat.x, flat.y, 0.7 * r).normalize() * r)
     }
@@ -69,7 +70,8 @@ impl Band {
         for j in 0..=self.rings {
             let middle = self.feature && j == self.rings / 2;
             if middle {
-                let ring: Vec<DVec3> = (0..=self.around).map(|i| self.position((i % self.around) as f64, j as f64)).collect();
+                let ring: Vec<DVec3> =
+                    (0..=self.around).map(|i| self.position((i % self.around) as f64, j as f64)).collect();
                 start.chains.push(Polyline::new(ring));
             }
             for i in 0..self.around {
@@ -85,7 +87,12 @@ impl Band {
                     start.features.push([self.vertex(i, j), self.vertex(i + 1, j)]);
                 }
                 if j < self.rings {
-                    start.patch.quads.push([self.vertex(i, j), self.vertex(i, j + 1), self.vertex(i + 1, j + 1), self.vertex(i + 1, j)]);
+                    start.patch.quads.push([
+                        self.vertex(i, j),
+                        self.vertex(i, j + 1),
+                        self.vertex(i + 1, j + 1),
+                        self.vertex(i + 1, j),
+                    ]);
                     start.patch.surface_of.push(0);
                 }
             }
@@ -235,7 +242,9 @@ fn irregular_oracle(patch: &QuadPatch) -> usize {
     for &v in patch.quads.iter().flatten() {
         count[v as usize] += 1;
     }
-    (0..count.len()).filter(|&v| count[v] != 0 && count[v] != if on_border.contains(&(v as u32)) { 2 } else { 4 }).count()
+    (0..count.len())
+        .filter(|&v| count[v] != 0 && count[v] != if on_border.contains(&(v as u32)) { 2 } else { 4 })
+        .count()
 }
 
 /// Least and mean sine over corners, signed against the outward direction.
@@ -258,14 +267,16 @@ fn sines(patch: &QuadPatch, sphere: bool) -> (f64, f64) {
 fn run(name: &str, start: &Start) -> Improved {
     let sphere = start.sphere.map(Sphere);
     let surfaces: [&dyn Reference; 1] = [sphere.as_ref().map_or(&Plane as &dyn Reference, |s| s)];
-    let setting = Setting { features: &start.features, outside: &start.outside, chains: &start.chains, surfaces: &surfaces };
+    let setting =
+        Setting { features: &start.features, outside: &start.outside, chains: &start.chains, surfaces: &surfaces };
     let mut smoothed = start.patch.clone();
     smoothed.smooth(&setting, &SmoothOptions::default(), &Monitor::new()).unwrap();
     let clock = std::time::Instant::now();
     let improved = improve(start.patch.clone(), &setting, &ImproveOptions::default(), &Monitor::new()).unwrap();
     let seconds = clock.elapsed().as_secs_f64();
     let curved = sphere.is_some();
-    let ((a, b), (c, d), (e, f)) = (sines(&start.patch, curved), sines(&smoothed, curved), sines(&improved.patch, curved));
+    let ((a, b), (c, d), (e, f)) =
+        (sines(&start.patch, curved), sines(&smoothed, curved), sines(&improved.patch, curved));
     println!(
         "{name:24} quads {:5} -> {:5}  irregular {:4} -> {:4}  min sine {a:5.2} -> {c:5.2} -> {e:5.2}  mean {b:4.2} -> {d:4.2} -> {f:4.2}  trials {:4} kept {:4}  {seconds:.2} s",
         start.patch.quads.len(),
@@ -286,19 +297,41 @@ fn run(name: &str, start: &Start) -> Improved {
 fn draw(patch: &QuadPatch, features: &[[u32; 2]], path: &str) {
     use std::fmt::Write;
     let reach = patch.positions.iter().fold(0.0_f64, |r, p| r.max(p.x.abs()).max(p.y.abs())) * 1.03;
-    let mut svg = format!("<svg xmlns='http://www.w3.org/2000/svg' width='900' height='900' viewBox='{} {} {} {}'>", -reach, -reach, 2.0 * reach, 2.0 * reach);
+    let mut svg = format!(
+        "<svg xmlns='http://www.w3.org/2000/svg' width='900' height='900' viewBox='{} {} {} {}'>",
+        -reach,
+        -reach,
+        2.0 * reach,
+        2.0 * reach
+    );
     svg += "<rect x='-999' y='-999' width='1998' height='1998' fill='white'/>";
     let mut count = vec![0; patch.positions.len()];
     for quad in &patch.quads {
-        let points: Vec<String> = quad.iter().map(|&v| patch.positions[v as usize]).map(|p| format!("{:.3},{:.3}", p.x, -p.y)).collect();
-        writeln!(svg, "<polygon points='{}' fill='#dde8f5' stroke='#335' stroke-width='{}'/>", points.join(" "), reach / 500.0).unwrap();
+        let points: Vec<String> =
+            quad.iter().map(|&v| patch.positions[v as usize]).map(|p| format!("{:.3},{:.3}", p.x, -p.y)).collect();
+        writeln!(
+            svg,
+            "<polygon points='{}' fill='#dde8f5' stroke='#335' stroke-width='{}'/>",
+            points.join(" "),
+            reach / 500.0
+        )
+        .unwrap();
         for &v in quad {
             count[v as usize] += 1;
         }
     }
     for edge in features {
         let [a, b] = edge.map(|v| patch.positions[v as usize]);
-        writeln!(svg, "<line x1='{}' y1='{}' x2='{}' y2='{}' stroke='red' stroke-width='{}'/>", a.x, -a.y, b.x, -b.y, reach / 200.0).unwrap();
+        writeln!(
+            svg,
+            "<line x1='{}' y1='{}' x2='{}' y2='{}' stroke='red' stroke-width='{}'/>",
+            a.x,
+            -a.y,
+            b.x,
+            -b.y,
+            reach / 200.0
+        )
+        .unwrap();
     }
     let on_border: BTreeSet<u32> = border(&patch.quads).into_iter().flat_map(|(a, b)| [a, b]).collect();
     for (v, p) in patch.positions.iter().enumerate() {
@@ -324,7 +357,10 @@ fn check(start: &Start, improved: &Improved) {
     assert_eq!(improved.features.len(), start.features.len());
     for (new, old) in improved.features.iter().zip(&start.features) {
         assert_eq!(new.map(|v| improved.source[v as usize]), *old);
-        assert!(edges.contains_key(&(new[0], new[1])) && edges.contains_key(&(new[1], new[0])), "a feature edge is gone");
+        assert!(
+            edges.contains_key(&(new[0], new[1])) && edges.contains_key(&(new[1], new[0])),
+            "a feature edge is gone"
+        );
     }
     let mut sets: Vec<BTreeSet<u32>> = after.quads.iter().map(|q| q.iter().copied().collect()).collect();
     assert!(sets.iter().all(|s| s.len() == 4));
@@ -357,7 +393,11 @@ fn band(sphere: Option<f64>, feature: bool) -> Band {
 
 #[test]
 fn random_pairing_loses_half_its_irregular_vertices() {
-    for (name, b) in [("pairs flat", band(None, false)), ("pairs flat curve", band(None, true)), ("pairs sphere curve", band(Some(12.0), true))] {
+    for (name, b) in [
+        ("pairs flat", band(None, false)),
+        ("pairs flat curve", band(None, true)),
+        ("pairs sphere curve", band(Some(12.0), true)),
+    ] {
         let start = b.paired(0.35, 7);
         let improved = run(name, &start);
         assert!(2 * irregular_oracle(&improved.patch) <= irregular_oracle(&start.patch));
@@ -385,7 +425,8 @@ fn a_scrambled_band_is_combed() {
 #[test]
 fn the_same_start_gives_the_same_bytes() {
     let start = band(None, true).scrambled(40, 9);
-    let setting = Setting { features: &start.features, outside: &start.outside, chains: &start.chains, surfaces: &[&Plane] };
+    let setting =
+        Setting { features: &start.features, outside: &start.outside, chains: &start.chains, surfaces: &[&Plane] };
     let run = || improve(start.patch.clone(), &setting, &ImproveOptions::default(), &Monitor::new()).unwrap();
     assert_eq!(run(), run());
 }
@@ -393,7 +434,8 @@ fn the_same_start_gives_the_same_bytes() {
 #[test]
 fn bad_starts_and_cancelling_are_errors() {
     let start = band(None, true).start();
-    let setting = Setting { features: &start.features, outside: &start.outside, chains: &start.chains, surfaces: &[&Plane] };
+    let setting =
+        Setting { features: &start.features, outside: &start.outside, chains: &start.chains, surfaces: &[&Plane] };
     let run = |patch: &QuadPatch, setting: &Setting<'_>, monitor: &Monitor| {
         improve(patch.clone(), setting, &ImproveOptions::default(), monitor).unwrap_err()
     };

@@ -86,9 +86,7 @@ impl Piece {
             .mesh
             .edges()
             .filter(|&h| self.mesh.twin(h).is_some())
-            .filter_map(|h| {
-                rank(self.relative_length(self.mesh.from(h), self.mesh.to(h)), h).map(|r| (r, h))
-            })
+            .filter_map(|h| rank(self.relative_length(self.mesh.from(h), self.mesh.to(h)), h).map(|r| (r, h)))
             .collect();
         edges.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         edges
@@ -129,10 +127,7 @@ impl Piece {
             return None;
         }
         let w = self.mesh.from(h) ^ self.mesh.to(h) ^ v;
-        let apexes = [
-            Some(self.mesh.apex(h)),
-            self.mesh.twin(h).map(|g| self.mesh.apex(g)),
-        ];
+        let apexes = [Some(self.mesh.apex(h)), self.mesh.twin(h).map(|g| self.mesh.apex(g))];
         let (mut before, mut after): (f64, f64) = (1.0, 1.0);
         let mut longest: f64 = 0.0;
         for g in self.mesh.around(v) {
@@ -142,20 +137,16 @@ impl Piece {
                 continue;
             }
             after = after.min(self.shape([w, p, q]));
-            longest = longest
-                .max(self.relative_length(w, p))
-                .max(self.relative_length(w, q));
-            let makes_chord =
-                |n: u32| self.is_fixed(w) && self.is_fixed(n) && !apexes.contains(&Some(n));
+            longest = longest.max(self.relative_length(w, p)).max(self.relative_length(w, q));
+            let makes_chord = |n: u32| self.is_fixed(w) && self.is_fixed(n) && !apexes.contains(&Some(n));
             if makes_chord(p) || makes_chord(q) {
                 return None;
             }
         }
         // A needle may cost longer edges, which are split again.
         let allowed = if before < NEEDLE { 2.0 * LONG } else { LONG };
-        let wanted = length < COINCIDENT
-            || length < SHORT && passable(after, before)
-            || before < NEEDLE && after >= NEEDLE;
+        let wanted =
+            length < COINCIDENT || length < SHORT && passable(after, before) || before < NEEDLE && after >= NEEDLE;
         (wanted && longest <= allowed).then_some(after)
     }
 
@@ -173,12 +164,7 @@ impl Piece {
         let Some(g) = self.mesh.twin(h) else {
             return false;
         };
-        let (a, b, c, d) = (
-            self.mesh.from(h),
-            self.mesh.to(h),
-            self.mesh.apex(h),
-            self.mesh.apex(g),
-        );
+        let (a, b, c, d) = (self.mesh.from(h), self.mesh.to(h), self.mesh.apex(h), self.mesh.apex(g));
         if self.is_fixed(c) && self.is_fixed(d) {
             return false;
         }
@@ -236,9 +222,7 @@ impl Piece {
                 let found = self.project(here + step * scale, v);
                 let there = self.normal_at(&found);
                 // A folded surface may be nearest on its other side.
-                if there.dot(normal) > 0.0
-                    && self.worst_around(v, found.point, there) >= before.min(2.0 * NEEDLE)
-                {
+                if there.dot(normal) > 0.0 && self.worst_around(v, found.point, there) >= before.min(2.0 * NEEDLE) {
                     self.settle(v, &found);
                     break;
                 }
@@ -250,18 +234,10 @@ impl Piece {
     /// its neighbours, and half-way from there to each and to where it is.
     fn rescue(&mut self, v: u32, before: f64) {
         let here = self.mesh.positions[v as usize];
-        let neighbours: Vec<DVec3> = self
-            .mesh
-            .neighbours(v)
-            .map(|n| self.mesh.positions[n as usize])
-            .collect();
+        let neighbours: Vec<DVec3> = self.mesh.neighbours(v).map(|n| self.mesh.positions[n as usize]).collect();
         let mean = neighbours.iter().sum::<DVec3>() / neighbours.len() as f64;
         let mut best = (before, None);
-        for target in neighbours
-            .iter()
-            .map(|n| (*n + mean) / 2.0)
-            .chain([mean, (here + mean) / 2.0])
-        {
+        for target in neighbours.iter().map(|n| (*n + mean) / 2.0).chain([mean, (here + mean) / 2.0]) {
             let found = self.project(target, v);
             if found.triangle == mesh::NONE {
                 continue;

@@ -45,42 +45,21 @@ impl Piece {
     ) -> Self {
         let is_thick = |t: &u32| {
             let p = surface.points(*t as usize);
-            let longest = (0..3)
-                .map(|k| p[k].distance_squared(p[(k + 1) % 3]))
-                .fold(0.0, f64::max);
+            let longest = (0..3).map(|k| p[k].distance_squared(p[(k + 1) % 3])).fold(0.0, f64::max);
             area_normal(p).length() > THIN * longest
         };
         let mut input: Vec<u32> = mesh.source.iter().copied().filter(is_thick).collect();
         if input.is_empty() {
             input.clone_from(&mesh.source);
         }
-        let triangles: Vec<[u32; 3]> = input
-            .iter()
-            .map(|&t| surface.triangles[t as usize])
-            .collect();
-        let normals = input
-            .iter()
-            .map(|&t| surface.area_normal(t as usize).normalize_or_zero())
-            .collect();
-        let sizes = triangles
-            .iter()
-            .map(|t| t.map(|v| size[v as usize]))
-            .collect();
-        let closest = ClosestPoint::new(&TriangleMesh {
-            positions: surface.positions.clone(),
-            triangles,
-        });
-        let side = Side {
-            closest,
-            normals,
-            sizes,
-            input,
-        };
+        let triangles: Vec<[u32; 3]> = input.iter().map(|&t| surface.triangles[t as usize]).collect();
+        let normals = input.iter().map(|&t| surface.area_normal(t as usize).normalize_or_zero()).collect();
+        let sizes = triangles.iter().map(|t| t.map(|v| size[v as usize])).collect();
+        let closest = ClosestPoint::new(&TriangleMesh { positions: surface.positions.clone(), triangles });
+        let side = Side { closest, normals, sizes, input };
         let count = mesh.vertex_slots();
         let mut piece = Self {
-            size: (0..count)
-                .map(|v| size[mesh.identity[v as usize] as usize])
-                .collect(),
+            size: (0..count).map(|v| size[mesh.identity[v as usize] as usize]).collect(),
             normal: vec![DVec3::ZERO; count as usize],
             hint: vec![NONE; count as usize],
             ideal_valence: vec![6; count as usize],
@@ -99,11 +78,8 @@ impl Piece {
     fn place_initially(&mut self, v: u32) {
         let (mut sum, mut total) = (DVec3::ZERO, 0.0);
         for h in self.mesh.around(v) {
-            let corner =
-                [v, self.mesh.to(h), self.mesh.apex(h)].map(|u| self.mesh.positions[u as usize]);
-            let longest = (0..3)
-                .map(|k| corner[k].distance_squared(corner[(k + 1) % 3]))
-                .fold(0.0, f64::max);
+            let corner = [v, self.mesh.to(h), self.mesh.apex(h)].map(|u| self.mesh.positions[u as usize]);
+            let longest = (0..3).map(|k| corner[k].distance_squared(corner[(k + 1) % 3])).fold(0.0, f64::max);
             let angle = (corner[1] - corner[0]).angle_between(corner[2] - corner[0]);
             let normal = area_normal(corner);
             if angle.is_finite() {
@@ -115,12 +91,9 @@ impl Piece {
         }
         let found = self.side.closest.project(self.mesh.positions[v as usize]);
         self.hint[v as usize] = found.triangle;
-        self.normal[v as usize] = sum
-            .try_normalize()
-            .unwrap_or_else(|| self.normal_at(&found));
+        self.normal[v as usize] = sum.try_normalize().unwrap_or_else(|| self.normal_at(&found));
         if self.mesh.is_border_vertex(v) {
-            self.ideal_valence[v as usize] =
-                ((total / std::f64::consts::FRAC_PI_3).round() as usize).max(1) + 1;
+            self.ideal_valence[v as usize] = ((total / std::f64::consts::FRAC_PI_3).round() as usize).max(1) + 1;
         }
     }
 
@@ -130,29 +103,16 @@ impl Piece {
 
     /// Fixed vertices with their input vertices.
     pub fn fixed_vertices(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
-        (0..self.fixed.len())
-            .filter(|&v| self.fixed[v])
-            .map(|v| (v as u32, self.mesh.identity[v]))
+        (0..self.fixed.len()).filter(|&v| self.fixed[v]).map(|v| (v as u32, self.mesh.identity[v]))
     }
 
     /// The input triangle nearest to the centroid of `t`.
     pub fn nearest_input(&self, t: u32) -> u32 {
         let corners = self.mesh.corners(t);
-        let centroid = corners
-            .map(|v| self.mesh.positions[v as usize])
-            .iter()
-            .sum::<DVec3>()
-            / 3.0;
-        let found = self
-            .side
-            .closest
-            .project_near(centroid, self.hint[corners[0] as usize]);
+        let centroid = corners.map(|v| self.mesh.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
+        let found = self.side.closest.project_near(centroid, self.hint[corners[0] as usize]);
         // Only a coordinate too large to square finds nothing.
-        self.side
-            .input
-            .get(found.triangle as usize)
-            .copied()
-            .unwrap_or(self.mesh.source[t as usize])
+        self.side.input.get(found.triangle as usize).copied().unwrap_or(self.mesh.source[t as usize])
     }
 
     pub fn project(&self, p: DVec3, near: u32) -> Projection {
@@ -160,11 +120,7 @@ impl Piece {
     }
 
     pub fn normal_at(&self, found: &Projection) -> DVec3 {
-        self.side
-            .normals
-            .get(found.triangle as usize)
-            .copied()
-            .unwrap_or(DVec3::ZERO)
+        self.side.normals.get(found.triangle as usize).copied().unwrap_or(DVec3::ZERO)
     }
 
     fn size_at(&self, found: &Projection) -> f64 {
@@ -213,8 +169,7 @@ impl Piece {
     /// Length of an edge relative to the target at its ends.
     pub fn relative_length(&self, a: u32, b: u32) -> f64 {
         let (i, j) = (a as usize, b as usize);
-        2.0 * self.mesh.positions[i].distance(self.mesh.positions[j])
-            / (self.size[i] + self.size[j])
+        2.0 * self.mesh.positions[i].distance(self.mesh.positions[j]) / (self.size[i] + self.size[j])
     }
 
     /// Shape of a triangle: 1 if equilateral, towards 0 for needles, negative when turned too far from the surface. A
@@ -224,11 +179,7 @@ impl Piece {
         let n = corners.map(|v| self.normal[v as usize]);
         let shape = shape(p, n[0] + n[1] + n[2], self.cos_limit);
         let is_stuck = || (0..3).any(|k| self.is_tiny_and_fixed(corners[k], corners[(k + 1) % 3]));
-        if shape < NEEDLE && is_stuck() {
-            excused(shape, self.cos_limit)
-        } else {
-            shape
-        }
+        if shape < NEEDLE && is_stuck() { excused(shape, self.cos_limit) } else { shape }
     }
 
     fn is_tiny_and_fixed(&self, a: u32, b: u32) -> bool {
@@ -243,16 +194,8 @@ impl Piece {
                 let (a, b) = (self.mesh.to(h), self.mesh.apex(h));
                 let (i, j) = (a as usize, b as usize);
                 let at = &self.mesh.positions;
-                let shape = shape(
-                    [p, at[i], at[j]],
-                    n + self.normal[i] + self.normal[j],
-                    self.cos_limit,
-                );
-                if shape < NEEDLE && self.is_tiny_and_fixed(a, b) {
-                    excused(shape, self.cos_limit)
-                } else {
-                    shape
-                }
+                let shape = shape([p, at[i], at[j]], n + self.normal[i] + self.normal[j], self.cos_limit);
+                if shape < NEEDLE && self.is_tiny_and_fixed(a, b) { excused(shape, self.cos_limit) } else { shape }
             })
             .fold(1.0, f64::min)
     }
@@ -285,9 +228,5 @@ fn shape(p: [DVec3; 3], reference: DVec3, cos_limit: f64) -> f64 {
         return -cos_limit;
     }
     let cos = normal.dot(reference) / (double_area * reference.length());
-    if cos >= cos_limit {
-        ratio
-    } else {
-        (cos - cos_limit).min(-f64::MIN_POSITIVE)
-    }
+    if cos >= cos_limit { ratio } else { (cos - cos_limit).min(-f64::MIN_POSITIVE) }
 }

@@ -66,11 +66,7 @@ impl Removal {
                 return Err(no_step);
             };
             if step < last {
-                let Some(&w) = self
-                    .copies
-                    .get(path[step + 1] as usize)
-                    .and_then(|c| c.first())
-                else {
+                let Some(&w) = self.copies.get(path[step + 1] as usize).and_then(|c| c.first()) else {
                     return Err(no_step);
                 };
                 if self.edge(copy, w).is_none() {
@@ -91,20 +87,12 @@ impl Removal {
     }
 
     /// Records a chain with its samples in place, and what is to be removed from it.
-    pub fn thread(
-        &mut self,
-        chain: usize,
-        path: &[u32],
-        is_sample: &[bool],
-    ) -> Result<(), ResampleError> {
+    pub fn thread(&mut self, chain: usize, path: &[u32], is_sample: &[bool]) -> Result<(), ResampleError> {
         let slots = self.mesh.vertex_slots() as usize;
         self.links.resize(slots, [NONE; 2]);
         for end in [path[0], path[path.len() - 1]] {
             if self.links[end as usize] != [NONE; 2] {
-                return Err(ResampleError::Crossing {
-                    chain,
-                    vertex: self.mesh.identity[end as usize],
-                });
+                return Err(ResampleError::Crossing { chain, vertex: self.mesh.identity[end as usize] });
             }
             self.on_chain[end as usize] = true;
         }
@@ -114,10 +102,7 @@ impl Removal {
             self.links[v as usize] = [path[k - 1], path[k + 1]];
             if !is_sample[k] {
                 if self.is_fixed[v as usize] {
-                    return Err(ResampleError::Kept {
-                        chain,
-                        vertex: self.mesh.identity[v as usize],
-                    });
+                    return Err(ResampleError::Kept { chain, vertex: self.mesh.identity[v as usize] });
                 }
                 doomed.push(v);
             }
@@ -153,9 +138,7 @@ impl Removal {
     /// Splits the chain edge from `a` to `b` at `place`.
     pub fn split(&mut self, a: u32, b: u32, place: DVec3) -> u32 {
         self.locked.remove(&sorted(a, b));
-        let h = self
-            .edge(a, b)
-            .expect("a chain edge, checked when claimed and kept by every split");
+        let h = self.edge(a, b).expect("a chain edge, checked when claimed and kept by every split");
         let m = self.mesh.split(h, place);
         self.grow();
         self.on_chain[m as usize] = true;
@@ -230,8 +213,7 @@ impl Removal {
             .into_iter()
             .filter_map(|w| {
                 let h = self.edge(v, w)?;
-                self.may_collapse(h, v)
-                    .then(|| (h, w, self.worst_after(v, w)))
+                self.may_collapse(h, v).then(|| (h, w, self.worst_after(v, w)))
             })
             .reduce(|x, y| if y.2 > x.2 { y } else { x })
     }
@@ -260,11 +242,7 @@ impl Removal {
             return 0.0;
         }
         let cos = normal.normalize().dot(self.normals[source as usize]);
-        if cos >= TURN {
-            ratio
-        } else {
-            (cos - TURN).min(-f64::MIN_POSITIVE)
-        }
+        if cos >= TURN { ratio } else { (cos - TURN).min(-f64::MIN_POSITIVE) }
     }
 
     /// Worst shape of the triangles that `v` would take along to `w`; 0 or less when it must not. What was no better
@@ -301,9 +279,7 @@ impl Removal {
                 .around(v)
                 .filter(|&g| {
                     let (p, q) = (self.mesh.to(g), self.mesh.apex(g));
-                    p != w
-                        && q != w
-                        && self.shape([w, p, q], self.mesh.source[g as usize / 3]) <= 0.0
+                    p != w && q != w && self.shape([w, p, q], self.mesh.source[g as usize / 3]) <= 0.0
                 })
                 .flat_map(|g| [self.mesh.to(g), self.mesh.apex(g)])
                 .collect();
@@ -317,10 +293,7 @@ impl Removal {
     }
 
     fn is_locked(&self, h: u32) -> bool {
-        self.mesh.twin(h).is_none()
-            || self
-                .locked
-                .contains(&sorted(self.mesh.from(h), self.mesh.to(h)))
+        self.mesh.twin(h).is_none() || self.locked.contains(&sorted(self.mesh.from(h), self.mesh.to(h)))
     }
 
     /// Splits an edge that breaks the link condition: one of a triangle v, w, x that is no face, or beside an apex of
@@ -366,19 +339,9 @@ impl Removal {
         if self.is_locked(h) || !self.mesh.can_flip(h) {
             return false;
         }
-        let (a, b, c, d) = (
-            self.mesh.from(h),
-            self.mesh.to(h),
-            self.mesh.apex(h),
-            self.mesh.apex(g),
-        );
-        let (s, t) = (
-            self.mesh.source[h as usize / 3],
-            self.mesh.source[g as usize / 3],
-        );
-        let is_sound = [s, t]
-            .iter()
-            .all(|&s| self.shape([a, d, c], s) > 0.02 && self.shape([b, c, d], s) > 0.02);
+        let (a, b, c, d) = (self.mesh.from(h), self.mesh.to(h), self.mesh.apex(h), self.mesh.apex(g));
+        let (s, t) = (self.mesh.source[h as usize / 3], self.mesh.source[g as usize / 3]);
+        let is_sound = [s, t].iter().all(|&s| self.shape([a, d, c], s) > 0.02 && self.shape([b, c, d], s) > 0.02);
         if is_sound {
             self.mesh.flip(h);
         }
@@ -414,20 +377,12 @@ fn borrowed_normals(mesh: &Editable, input: &TriangleMesh) -> Vec<DVec3> {
     let mut normals: Vec<DVec3> = (0..input.triangles.len())
         .map(|t| {
             let p = input.points(t);
-            let longest = (0..3)
-                .map(|k| p[k].distance_squared(p[(k + 1) % 3]))
-                .fold(0.0, f64::max);
+            let longest = (0..3).map(|k| p[k].distance_squared(p[(k + 1) % 3])).fold(0.0, f64::max);
             let normal = input.area_normal(t);
-            if normal.length() > THIN * longest {
-                normal.normalize()
-            } else {
-                DVec3::ZERO
-            }
+            if normal.length() > THIN * longest { normal.normalize() } else { DVec3::ZERO }
         })
         .collect();
-    let mut waiting: Vec<u32> = (0..normals.len() as u32)
-        .filter(|&t| normals[t as usize] == DVec3::ZERO)
-        .collect();
+    let mut waiting: Vec<u32> = (0..normals.len() as u32).filter(|&t| normals[t as usize] == DVec3::ZERO).collect();
     loop {
         let found: Vec<(u32, DVec3)> = waiting
             .iter()
@@ -435,10 +390,8 @@ fn borrowed_normals(mesh: &Editable, input: &TriangleMesh) -> Vec<DVec3> {
                 let first = 3 * t;
                 // The longest edge leads to the triangle this one is a crack of.
                 let mut edges = [first, next(first), prev(first)];
-                let length = |h: u32| {
-                    mesh.positions[mesh.from(h) as usize]
-                        .distance(mesh.positions[mesh.to(h) as usize])
-                };
+                let length =
+                    |h: u32| mesh.positions[mesh.from(h) as usize].distance(mesh.positions[mesh.to(h) as usize]);
                 edges.sort_by(|&a, &b| length(b).total_cmp(&length(a)).then(a.cmp(&b)));
                 let normal = edges
                     .iter()

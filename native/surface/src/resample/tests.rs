@@ -16,12 +16,7 @@ fn closed_path(edges: &[[u32; 2]]) -> Vec<u32> {
     let mut path = vec![edges[0][0], edges[0][1]];
     while path[0] != path[path.len() - 1] {
         let [before, here] = [path[path.len() - 2], path[path.len() - 1]];
-        path.push(
-            *around[&here]
-                .iter()
-                .find(|&&v| v != before)
-                .expect("a loop"),
-        );
+        path.push(*around[&here].iter().find(|&&v| v != before).expect("a loop"));
     }
     path
 }
@@ -55,17 +50,10 @@ fn assert_promises(input: &TriangleMesh, chains: &[Chain], output: &Resampled) {
         .collect();
     for (chain, path) in chains.iter().zip(&output.chains) {
         assert_eq!(path.len(), chain.positions.len() + 2);
-        let old: Vec<DVec3> = chain
-            .vertices
-            .iter()
-            .map(|&v| input.positions[v as usize])
-            .collect();
+        let old: Vec<DVec3> = chain.vertices.iter().map(|&v| input.positions[v as usize]).collect();
         let total: f64 = old.windows(2).map(|s| s[0].distance(s[1])).sum();
         for step in path.windows(2) {
-            assert!(
-                edges.contains(&[step[0].min(step[1]), step[0].max(step[1])]),
-                "{step:?} is no edge"
-            );
+            assert!(edges.contains(&[step[0].min(step[1]), step[0].max(step[1])]), "{step:?} is no edge");
         }
         for &v in path {
             assert!(distance_to_polyline(output.mesh.positions[v as usize], &old) < 1e-9 * total);
@@ -73,10 +61,7 @@ fn assert_promises(input: &TriangleMesh, chains: &[Chain], output: &Resampled) {
         let kept: BTreeSet<u32> = path.iter().copied().collect();
         for &v in &chain.vertices[1..chain.vertices.len() - 1] {
             let now = output.vertex[v as usize];
-            assert!(
-                now == NONE || kept.contains(&now),
-                "vertex {v} is still there"
-            );
+            assert!(now == NONE || kept.contains(&now), "vertex {v} is still there");
         }
     }
     for (v, &now) in output.vertex.iter().enumerate() {
@@ -98,28 +83,17 @@ fn turned(mesh: &TriangleMesh) -> usize {
 fn resamples_the_cut_of_a_sphere_and_leaves_a_mesh_fit_for_remeshing() {
     for k in 0..12 {
         let f = f64::from(k);
-        let normal =
-            DVec3::new((f * 1.7).sin(), (f * 2.3).cos(), (f * 0.9).sin() + 0.2).normalize();
+        let normal = DVec3::new((f * 1.7).sin(), (f * 2.3).cos(), (f * 0.9).sin() + 0.2).normalize();
         let (mut mesh, curve) = cut(&sphere(32, 16), normal, 0.6 * (f * 3.1).sin() + 0.01);
         insert_slivers(&mut mesh);
         for count in [3, 8, 24, 60, 150] {
-            let chain = Chain {
-                vertices: closed_path(&curve),
-                positions: even(count),
-            };
-            let output = resample_chains(&mesh, std::slice::from_ref(&chain), &[], &Monitor::new())
-                .expect("resamples");
+            let chain = Chain { vertices: closed_path(&curve), positions: even(count) };
+            let output = resample_chains(&mesh, std::slice::from_ref(&chain), &[], &Monitor::new()).expect("resamples");
             assert_promises(&mesh, &[chain], &output);
             let fixed: Vec<[u32; 2]> = output.chains[0].windows(2).map(|s| [s[0], s[1]]).collect();
             let sizes = vec![6.0 / 40.0; output.mesh.positions.len()];
-            let remeshed = remesh(
-                &output.mesh,
-                &fixed,
-                &sizes,
-                &RemeshOptions::default(),
-                &Monitor::new(),
-            )
-            .expect("remeshes");
+            let remeshed =
+                remesh(&output.mesh, &fixed, &sizes, &RemeshOptions::default(), &Monitor::new()).expect("remeshes");
             assert_eq!(census(&output.mesh).euler, census(&remeshed.mesh).euler);
             // Fewer samples cut far into the sphere: nothing outward is left to compare with.
             if count >= 24 {
@@ -133,61 +107,30 @@ fn resamples_the_cut_of_a_sphere_and_leaves_a_mesh_fit_for_remeshing() {
 fn resamples_border_and_inner_chains_that_meet() {
     let mesh = grid(12, 12, |x, y| DVec3::new(x, y, 0.1 * (x * 0.7).sin()));
     let at = |i: u32, j: u32| j * 13 + i;
-    let across = Chain {
-        vertices: (0..=12).map(|i| at(i, 6)).collect(),
-        positions: even(5),
-    };
-    let down = Chain {
-        vertices: (0..=6).map(|j| at(6, j)).collect(),
-        positions: even(17),
-    };
+    let across = Chain { vertices: (0..=12).map(|i| at(i, 6)).collect(), positions: even(5) };
+    let down = Chain { vertices: (0..=6).map(|j| at(6, j)).collect(), positions: even(17) };
     // `down` ends in the middle of `across`: that has to be cut there.
     let crossing = resample_chains(&mesh, &[across.clone(), down.clone()], &[], &Monitor::new());
-    assert!(
-        matches!(crossing, Err(ResampleError::Crossing { vertex, .. }) if vertex == at(6, 6)),
-        "{crossing:?}"
-    );
-    let halves = [0..=6, 6..=12].map(|part| Chain {
-        vertices: part.map(|i| at(i, 6)).collect(),
-        positions: even(2),
-    });
-    let border = Chain {
-        vertices: (0..=12).map(|i| at(i, 0)).collect(),
-        positions: vec![0.1, 0.5, 0.8],
-    };
+    assert!(matches!(crossing, Err(ResampleError::Crossing { vertex, .. }) if vertex == at(6, 6)), "{crossing:?}");
+    let halves = [0..=6, 6..=12].map(|part| Chain { vertices: part.map(|i| at(i, 6)).collect(), positions: even(2) });
+    let border = Chain { vertices: (0..=12).map(|i| at(i, 0)).collect(), positions: vec![0.1, 0.5, 0.8] };
     let chains = [halves[0].clone(), halves[1].clone(), down];
     let fixed: Vec<u32> = (0..=12).map(|i| at(i, 0)).collect();
     let output = resample_chains(&mesh, &chains, &fixed, &Monitor::new()).expect("resamples");
     assert_promises(&mesh, &chains, &output);
-    assert_eq!(
-        census(&mesh).border_edges,
-        census(&output.mesh).border_edges
-    );
-    let kept = resample_chains(
-        &mesh,
-        std::slice::from_ref(&border),
-        &fixed,
-        &Monitor::new(),
-    );
+    assert_eq!(census(&mesh).border_edges, census(&output.mesh).border_edges);
+    let kept = resample_chains(&mesh, std::slice::from_ref(&border), &fixed, &Monitor::new());
     assert!(matches!(kept, Err(ResampleError::Kept { chain: 0, .. })));
-    let output = resample_chains(&mesh, std::slice::from_ref(&border), &[], &Monitor::new())
-        .expect("resamples");
+    let output = resample_chains(&mesh, std::slice::from_ref(&border), &[], &Monitor::new()).expect("resamples");
     assert_promises(&mesh, &[border], &output);
-    assert_eq!(
-        census(&mesh).border_edges,
-        census(&output.mesh).border_edges + 8
-    );
+    assert_eq!(census(&mesh).border_edges, census(&output.mesh).border_edges + 8);
 }
 
 #[test]
 fn snaps_samples_to_the_vertices_they_fall_on() {
     let mesh = grid(4, 4, |x, y| DVec3::new(x, y, 0.0));
-    let chain = Chain {
-        vertices: (10..15).collect(),
-        positions: even(4),
-    };
-    let output = resample_chains(&mesh, std::slice::from_ref(&chain), &[], &Monitor::new())
-        .expect("resamples");
+    let chain = Chain { vertices: (10..15).collect(), positions: even(4) };
+    let output = resample_chains(&mesh, std::slice::from_ref(&chain), &[], &Monitor::new()).expect("resamples");
     assert_eq!(output.mesh, mesh);
     assert_eq!(output.chains[0], chain.vertices);
 }
@@ -196,58 +139,16 @@ fn snaps_samples_to_the_vertices_they_fall_on() {
 fn names_the_chain_that_is_wrong() {
     let mesh = grid(4, 4, |x, y| DVec3::new(x, y, 0.0));
     let try_with = |vertices: Vec<u32>, positions: Vec<f64>| {
-        resample_chains(
-            &mesh,
-            &[Chain {
-                vertices,
-                positions,
-            }],
-            &[],
-            &Monitor::new(),
-        )
-        .expect_err("a bad chain")
+        resample_chains(&mesh, &[Chain { vertices, positions }], &[], &Monitor::new()).expect_err("a bad chain")
     };
-    assert_eq!(
-        try_with(vec![0, 1, 3], vec![]),
-        ResampleError::NotAPath { chain: 0, step: 1 }
-    );
-    assert_eq!(
-        try_with(vec![0, 99], vec![]),
-        ResampleError::NotAPath { chain: 0, step: 0 }
-    );
-    assert_eq!(
-        try_with(vec![0], vec![]),
-        ResampleError::NotAPath { chain: 0, step: 0 }
-    );
-    assert_eq!(
-        try_with(vec![0, 1], vec![0.5, 0.5]),
-        ResampleError::BadPosition {
-            chain: 0,
-            position: 1
-        }
-    );
-    assert_eq!(
-        try_with(vec![0, 1], vec![f64::NAN]),
-        ResampleError::BadPosition {
-            chain: 0,
-            position: 0
-        }
-    );
-    assert_eq!(
-        try_with(vec![6, 7, 12, 6], vec![0.5]),
-        ResampleError::TooFewSamples { chain: 0 }
-    );
+    assert_eq!(try_with(vec![0, 1, 3], vec![]), ResampleError::NotAPath { chain: 0, step: 1 });
+    assert_eq!(try_with(vec![0, 99], vec![]), ResampleError::NotAPath { chain: 0, step: 0 });
+    assert_eq!(try_with(vec![0], vec![]), ResampleError::NotAPath { chain: 0, step: 0 });
+    assert_eq!(try_with(vec![0, 1], vec![0.5, 0.5]), ResampleError::BadPosition { chain: 0, position: 1 });
+    assert_eq!(try_with(vec![0, 1], vec![f64::NAN]), ResampleError::BadPosition { chain: 0, position: 0 });
+    assert_eq!(try_with(vec![6, 7, 12, 6], vec![0.5]), ResampleError::TooFewSamples { chain: 0 });
     // Two chains with the same ends cannot both be one edge, nor can a chain lie upon the border.
-    let pair = [vec![6, 7, 12], vec![6, 11, 12]].map(|vertices| Chain {
-        vertices,
-        positions: vec![],
-    });
-    assert_eq!(
-        resample_chains(&mesh, &pair, &[], &Monitor::new()),
-        Err(ResampleError::Topology { chain: 1 })
-    );
-    assert_eq!(
-        try_with(vec![0, 6, 1], vec![]),
-        ResampleError::Topology { chain: 0 }
-    );
+    let pair = [vec![6, 7, 12], vec![6, 11, 12]].map(|vertices| Chain { vertices, positions: vec![] });
+    assert_eq!(resample_chains(&mesh, &pair, &[], &Monitor::new()), Err(ResampleError::Topology { chain: 1 }));
+    assert_eq!(try_with(vec![0, 6, 1], vec![]), ResampleError::Topology { chain: 0 });
 }
