@@ -10,7 +10,7 @@ use crate::plan::{self, OddRegions};
 use crate::polychord::{Strips, odd_borders};
 use crate::resample::resample;
 use crate::retract::retract;
-use crate::stitch::{Stitched, stitch};
+use crate::stitch::{Stitched, repeated_edges, stitch};
 use crate::validate::{Verdict, validate};
 use crate::{BooleanError, Filler, Operation, Options, Output, RegionReport, Report, inspect};
 use mesh::{Monitor, PolygonMesh};
@@ -198,11 +198,17 @@ impl Job<'_> {
         self.clock.lap("plan");
         monitor.stage("fill", monitor.progress().1)?;
         let regions = resampled.regions(inputs, self.operation, &kept, &band)?;
-        let (fills, reports) = fill::fill_all(&regions, attempt.filler, self.options.alpha, diagonal, monitor)
-            .map_err(|declined| match declined {
-                Declined::Cancelled(cancelled) => cancelled.into(),
-                Declined::Because(reason) => infeasible("no_fill", reason),
-            })?;
+        let declined = |declined| match declined {
+            Declined::Cancelled(cancelled) => cancelled.into(),
+            Declined::Because(reason) => infeasible("no_fill", reason),
+        };
+        let (mut fills, mut reports) =
+            fill::fill_all(&regions, attempt.filler, self.options.alpha, diagonal, monitor).map_err(declined)?;
+        for r in repeated_edges(inputs, &kept, &resampled, &regions, &fills) {
+            fills[r] = fill::fill_without_chords(&regions[r], monitor).map_err(declined)?;
+            "matching".clone_into(&mut reports[r].filler);
+            reports[r].quads = fills[r].quads.len();
+        }
         self.clock.lap("fill");
         let stitched = stitch(inputs, self.operation, &kept, &strips, &resampled, &regions, &fills);
         self.clock.lap("stitch");

@@ -20,6 +20,18 @@ fn search(quads: usize) -> ImproveOptions {
 /// # Errors
 /// [`Declined`] when the fill is not a manifold, or the caller cancels.
 pub fn finish(region: &Region, fill: &Fill, monitor: &Monitor) -> Result<Fill, Declined> {
+    finish_with(region, fill, &search(fill.quads.len()), monitor)
+}
+
+/// Smooths a fill and leaves its connections alone.
+///
+/// # Errors
+/// As [`finish`].
+pub fn smooth(region: &Region, fill: &Fill, monitor: &Monitor) -> Result<Fill, Declined> {
+    finish_with(region, fill, &ImproveOptions { depth: 0, ..search(fill.quads.len()) }, monitor)
+}
+
+fn finish_with(region: &Region, fill: &Fill, options: &ImproveOptions, monitor: &Monitor) -> Result<Fill, Declined> {
     let positions = region.points(fill);
     let count = positions.len();
     let start = QuadPatch {
@@ -35,7 +47,7 @@ pub fn finish(region: &Region, fill: &Fill, monitor: &Monitor) -> Result<Fill, D
     let mut features = region.inner_lines.clone();
     features.extend(&region.line_edges);
     let setting = Setting { features: &features, outside: &outside, chains: &[], surfaces: &[&region.under] };
-    let better = improve(start, &setting, &search(fill.quads.len()), monitor)
+    let better = improve(start, &setting, options, monitor)
         .map_err(|error| monitor.check().map_or_else(Declined::Cancelled, |()| Declined::Because(error.to_string())))?;
     Ok(Fill { positions: better.patch.positions[region.rim_count..].to_vec(), quads: better.patch.quads })
 }
