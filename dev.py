@@ -398,7 +398,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     verb("setup", "Install the pinned build and test tools and check for Rust and a C++ compiler.")
     verb("demo", "Build everything, join real models inside Blender, and leave demo.blend and pictures in out/.")
     suite = verb("test", "Run every test: Rust, the wheel, the repository, the extension in each Blender.")
-    suite.add_argument("suite", nargs="*", choices=["native", "api", "repo", "blender"], default=[], help="only these")
+    suite.add_argument("suite", nargs="?", choices=["native", "api", "repo", "blender"], help="only this one")
     verb("check", "Check format, lint, types, stubs and layers.")
     measure = verb("bench", "Measure: random placements against the issue's bars, or speed against Blender's EXACT.")
     measure.add_argument("name", choices=["placements", "speed"])
@@ -414,7 +414,7 @@ def main() -> int:
     start = time.monotonic()
     try:
         if given.verb == "test":
-            return test(given.suite)
+            return test([given.suite] if given.suite else [])
         if given.verb == "bench":
             bench(given.name, given.arguments)
         else:

@@ -26,9 +26,7 @@ const MESHES: [&str; 11] = [
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let value = |name: &str| {
-        arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1)).cloned()
-    };
+    let value = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1)).cloned();
     let number = |name: &str, default: u64| value(name).map_or(default, |v| v.parse().expect("a whole number"));
     let only = value("--only").map(|v| v.parse::<u64>().expect("a seed"));
     let first = only.unwrap_or_else(|| number("--first", 0));

@@ -57,9 +57,8 @@ impl Arc {
 
 /// Input edges that stay edge loops: those sharper than the option, and the marked ones. By sorted vertex pair.
 pub fn creases(input: &Input<'_>, marked: &[[u32; 2]], sharp_angle: f64) -> BTreeSet<[u32; 2]> {
-    let normals: Vec<DVec3> = (0..input.quads.face_count())
-        .map(|f| face_normal(&input.quads.face_points(f).collect::<Vec<_>>()))
-        .collect();
+    let normals: Vec<DVec3> =
+        (0..input.quads.face_count()).map(|f| face_normal(&input.quads.face_points(f).collect::<Vec<_>>())).collect();
     let t = &input.topology;
     let mut sharp: BTreeSet<[u32; 2]> = marked.iter().map(|&[a, b]| sorted(a, b)).collect();
     for h in t.edges() {
@@ -103,8 +102,7 @@ pub fn extract(inputs: &[Input<'_>; 2], cut: &Cut, kept: &Kept, strips: &Strips,
         topology = Topology::of_triangles(&surface);
     }
 
-    let sharp: [_; 2] =
-        std::array::from_fn(|m| creases(&inputs[m], &options.feature_edges[m], options.sharp_angle));
+    let sharp: [_; 2] = std::array::from_fn(|m| creases(&inputs[m], &options.feature_edges[m], options.sharp_angle));
     let mut lines = network(inputs, &topology, &source, &sharp);
     let own_edge = |h: u32| {
         let s = source[(h / 3) as usize];

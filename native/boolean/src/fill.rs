@@ -42,6 +42,23 @@ pub struct Region {
     pub under: Under,
 }
 
+/// The band with its lines divided, as regions are cut out of it.
+#[derive(Debug, Clone, Copy)]
+pub struct DividedBand<'a> {
+    /// Its surface.
+    pub surface: &'a TriangleMesh,
+    /// Half-edges of the surface.
+    pub topology: &'a Topology,
+    /// Half-edges on lines.
+    pub is_line: &'a [bool],
+    /// Piece between lines that each triangle belongs to.
+    pub piece: &'a [u32],
+    /// Target edge length at each vertex.
+    pub size: &'a [f64],
+    /// Kept quads at each vertex.
+    pub outside: &'a [u32],
+}
+
 /// The exact surface that a region's vertices stay on.
 #[derive(Debug)]
 pub struct Under {
@@ -116,18 +133,9 @@ pub enum Declined {
 }
 
 impl Region {
-    /// Cuts a region out of the resampled band. `is_line` marks half-edges on lines, `piece` the pieces between them,
-    /// `outside` the kept quads at each band vertex.
-    pub fn cut_out(
-        surface: &TriangleMesh,
-        topology: &Topology,
-        is_line: &[bool],
-        piece: &[u32],
-        triangles: &[u32],
-        size: &[f64],
-        outside: &[u32],
-        under: Under,
-    ) -> Self {
+    /// Cuts the region that consists of some triangles out of the resampled band.
+    pub fn cut_out(band: &DividedBand<'_>, triangles: &[u32], under: Under) -> Self {
+        let DividedBand { surface, topology, is_line, piece, size, outside } = *band;
         let same_piece = |h: u32| piece[(topology.twin[h as usize] / 3) as usize] == piece[(h / 3) as usize];
         let on_rim = |h: u32| topology.is_border(h) || is_line[h as usize];
         let is_border = |h: u32| topology.is_border(h) || (is_line[h as usize] && !same_piece(h));
@@ -145,10 +153,8 @@ impl Region {
         };
         let fans: BTreeMap<u32, (u32, u32)> = half_edges().map(|h| (h, fan(h))).collect();
         // A half-edge ends in the fan that the next one starts from.
-        let mut order: Vec<(u32, u32)> = half_edges()
-            .filter(|&h| on_rim(h))
-            .flat_map(|h| [fans[&h], fans[&topology.next[h as usize]]])
-            .collect();
+        let mut order: Vec<(u32, u32)> =
+            half_edges().filter(|&h| on_rim(h)).flat_map(|h| [fans[&h], fans[&topology.next[h as usize]]]).collect();
         order.sort_unstable();
         order.dedup();
         let rim: Vec<u32> = order.iter().map(|f| f.0).collect();
@@ -166,8 +172,7 @@ impl Region {
         };
         let ends = |h: u32| [at(h), at(topology.next[h as usize])];
         let lines = || half_edges().filter(|&h| is_line[h as usize]);
-        let inner_lines =
-            lines().filter(|&h| h < topology.twin[h as usize] && same_piece(h)).map(ends).collect();
+        let inner_lines = lines().filter(|&h| h < topology.twin[h as usize] && same_piece(h)).map(ends).collect();
         let line_edges = lines().filter(|&h| !same_piece(h)).map(ends).collect();
         let own = Topology::of_triangles(&cut_out);
         let loops =
@@ -195,11 +200,8 @@ impl Region {
             return Err("a quad names a vertex that does not exist".into());
         }
         let topology = Topology::new(count, &fill.quads);
-        let rim: std::collections::BTreeSet<[u32; 2]> = self
-            .loops
-            .iter()
-            .flat_map(|walk| (0..walk.len()).map(|k| [walk[k], walk[(k + 1) % walk.len()]]))
-            .collect();
+        let rim: std::collections::BTreeSet<[u32; 2]> =
+            self.loops.iter().flat_map(|walk| (0..walk.len()).map(|k| [walk[k], walk[(k + 1) % walk.len()]])).collect();
         let mut border = 0;
         for h in (0..topology.len() as u32).filter(|&h| topology.is_border(h)) {
             border += 1;

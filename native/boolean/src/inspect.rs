@@ -52,12 +52,21 @@ pub fn inspect(mesh: &PolygonMesh, input: usize, monitor: &Monitor) -> Result<()
     let defects = check(mesh, monitor)?;
     let Defects { nonfinite_verts, triangles, ngons, .. } = &defects;
     if !nonfinite_verts.is_empty() {
-        let sentence = format!("has {} with a coordinate that is not a number or infinite; delete or move them", count(nonfinite_verts.len(), "vertex", "vertices"));
+        let sentence = format!(
+            "has {} with a coordinate that is not a number or infinite; delete or move them",
+            count(nonfinite_verts.len(), "vertex", "vertices")
+        );
         return refuse("not_finite", sentence, "verts", nonfinite_verts.clone());
     }
     if largest > LARGEST_COORDINATE {
-        let far = (0..mesh.vertex_count() as u32).filter(|&v| mesh.positions[v as usize].abs().max_element() > LARGEST_COORDINATE);
-        return refuse("too_large", format!("has coordinates beyond {LARGEST_COORDINATE:e}; scale it down"), "verts", far.collect());
+        let far = (0..mesh.vertex_count() as u32)
+            .filter(|&v| mesh.positions[v as usize].abs().max_element() > LARGEST_COORDINATE);
+        return refuse(
+            "too_large",
+            format!("has coordinates beyond {LARGEST_COORDINATE:e}; scale it down"),
+            "verts",
+            far.collect(),
+        );
     }
     if mesh.diagonal() <= SMALLEST_PART * largest {
         let all = (0..mesh.vertex_count() as u32).collect();
@@ -71,40 +80,67 @@ pub fn inspect(mesh: &PolygonMesh, input: usize, monitor: &Monitor) -> Result<()
         let mut others = triangles.clone();
         others.extend(ngons);
         others.sort_unstable();
-        let sentence = format!("has {} that are not quads ({} triangles, {} n-gons); make them quads or subdivide once", faces(others.len()), triangles.len(), ngons.len());
+        let sentence = format!(
+            "has {} that are not quads ({} triangles, {} n-gons); make them quads or subdivide once",
+            faces(others.len()),
+            triangles.len(),
+            ngons.len()
+        );
         return refuse("not_quads", sentence, "faces", others);
     }
     if !defects.degenerate_faces.is_empty() {
-        let sentence = format!("has {} that name a vertex twice; delete them and close the gap", faces(defects.degenerate_faces.len()));
+        let sentence = format!(
+            "has {} that name a vertex twice; delete them and close the gap",
+            faces(defects.degenerate_faces.len())
+        );
         return refuse("degenerate", sentence, "faces", defects.degenerate_faces);
     }
     if !defects.duplicate_faces.is_empty() {
-        let sentence = format!("has {} that lie exactly on another; delete the doubles", faces(defects.duplicate_faces.len()));
+        let sentence =
+            format!("has {} that lie exactly on another; delete the doubles", faces(defects.duplicate_faces.len()));
         return refuse("duplicate", sentence, "faces", second(&defects.duplicate_faces));
     }
     if !defects.nonmanifold_edges.is_empty() {
-        let sentence = format!("has {} shared by more than two faces; separate the parts that meet there", edges(defects.nonmanifold_edges.len()));
+        let sentence = format!(
+            "has {} shared by more than two faces; separate the parts that meet there",
+            edges(defects.nonmanifold_edges.len())
+        );
         return refuse("non_manifold", sentence, "edges", pairs(&defects.nonmanifold_edges));
     }
     if !defects.border_edges.is_empty() {
-        let sentence = format!("is open at {}; fill the holes or merge vertices by distance", edges(defects.border_edges.len()));
+        let sentence =
+            format!("is open at {}; fill the holes or merge vertices by distance", edges(defects.border_edges.len()));
         return refuse("open", sentence, "edges", pairs(&defects.border_edges));
     }
     if !defects.misoriented_edges.is_empty() {
-        let sentence = format!("has {} where neighbouring faces point opposite ways; recalculate the normals", edges(defects.misoriented_edges.len()));
+        let sentence = format!(
+            "has {} where neighbouring faces point opposite ways; recalculate the normals",
+            edges(defects.misoriented_edges.len())
+        );
         return refuse("misoriented", sentence, "edges", pairs(&defects.misoriented_edges));
     }
     if !defects.nonmanifold_verts.is_empty() {
-        let sentence = format!("touches itself at {}; separate the parts that meet there", count(defects.nonmanifold_verts.len(), "vertex", "vertices"));
+        let sentence = format!(
+            "touches itself at {}; separate the parts that meet there",
+            count(defects.nonmanifold_verts.len(), "vertex", "vertices")
+        );
         return refuse("non_manifold_vertex", sentence, "verts", defects.nonmanifold_verts);
     }
     if !defects.zero_area_faces.is_empty() {
-        let sentence = format!("has {} without area; dissolve them or move their vertices apart", faces(defects.zero_area_faces.len()));
+        let sentence = format!(
+            "has {} without area; dissolve them or move their vertices apart",
+            faces(defects.zero_area_faces.len())
+        );
         return refuse("zero_area", sentence, "faces", defects.zero_area_faces);
     }
     if !defects.inside_out_components.is_empty() {
         let inside_out = defects.inside_out_components.concat();
-        return refuse("inside_out", format!("is inside out ({}); flip the normals", faces(inside_out.len())), "faces", inside_out);
+        return refuse(
+            "inside_out",
+            format!("is inside out ({}); flip the normals", faces(inside_out.len())),
+            "faces",
+            inside_out,
+        );
     }
     if !defects.self_intersecting_faces.is_empty() {
         let mut both = pairs(&defects.self_intersecting_faces);

@@ -76,7 +76,7 @@ impl Cut {
 fn import(input: &TriangleMesh, id: u32) -> Result<Manifold, BooleanError> {
     let mesh = MeshGLP::<f64, u32> {
         num_prop: 3,
-        vert_properties: input.positions.iter().flat_map(|p| p.to_array()).collect(),
+        vert_properties: input.positions.iter().flat_map(glam::DVec3::to_array).collect(),
         tri_verts: input.triangles.as_flattened().to_vec(),
         run_index: vec![0, 3 * input.triangles.len() as u32],
         run_original_id: vec![id],
@@ -105,9 +105,8 @@ pub fn intersect(inputs: &[Input<'_>; 2], operation: Operation, monitor: &Monito
         Operation::Intersection => OpType::Intersect,
         Operation::Difference => OpType::Subtract,
     };
-    let result = cancellable(monitor, |token| {
-        a.boolean_with_engine_and_token(&b, kind, BooleanEngine::Auto, Some(token))
-    });
+    let result =
+        cancellable(monitor, |token| a.boolean_with_engine_and_token(&b, kind, BooleanEngine::Auto, Some(token)));
     monitor.check()?;
     if result.status() != Error::NoError {
         return Err(BooleanError::Intersect(format!("{:?}", result.status())));
@@ -174,8 +173,7 @@ fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32) -> Cut 
         *count.entry(s).or_default() += 1;
     }
     let mut input_vertex = vec![None; positions.len()];
-    let mut whole: [Vec<Option<[u32; 2]>>; 2] =
-        std::array::from_fn(|m| vec![None; inputs[m].quads.face_count()]);
+    let mut whole: [Vec<Option<[u32; 2]>>; 2] = std::array::from_fn(|m| vec![None; inputs[m].quads.face_count()]);
     let mut half: [Vec<u32>; 2] = std::array::from_fn(|m| vec![NONE; inputs[m].quads.face_count()]);
     for (t, (corners, s)) in triangles.iter().zip(&source).enumerate() {
         let input = &inputs[s.mesh as usize];

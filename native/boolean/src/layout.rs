@@ -142,7 +142,10 @@ impl<'a> Tracer<'a> {
             }
             if grid.contains(&NONE) || members.len() != grid.len() {
                 let corners = members.iter().flat_map(|m| self.input.quads.face_corners(m.0 as usize));
-                return Err(corners.map(|h| h as u32).find(|&h| !self.marked[h as usize]).expect("two quads share an edge"));
+                return Err(corners
+                    .map(|h| h as u32)
+                    .find(|&h| !self.marked[h as usize])
+                    .expect("two quads share an edge"));
             }
             grids.push(Grid { width, faces: grid });
         }

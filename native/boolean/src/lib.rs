@@ -5,6 +5,7 @@
 
 mod attributes;
 mod band;
+mod blend;
 mod error;
 mod fill;
 mod inspect;

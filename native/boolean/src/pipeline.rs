@@ -2,7 +2,8 @@
 //! retries when validation finds fault.
 
 use crate::attributes::corner_sources;
-use crate::band::{self, Band};
+use crate::band;
+use crate::blend::blend;
 use crate::fill::{self, Declined, Under};
 use crate::intersect::{Cut, Input, intersect};
 use crate::plan::{self, OddRegions};
@@ -108,7 +109,6 @@ struct Job<'a> {
 }
 
 struct Done {
-    band: Band,
     under: Vec<Under>,
     stitched: Stitched,
     lines: Vec<[u32; 2]>,
@@ -119,8 +119,7 @@ struct Done {
 impl Job<'_> {
     fn attempts(&self) -> Vec<Attempt> {
         let (distance, filler) = (self.options.retraction_distance, self.options.filler);
-        let mut list: Vec<Attempt> =
-            [1.0, 0.75, 0.5].map(|scale| Attempt { scale, distance, filler }).to_vec();
+        let mut list: Vec<Attempt> = [1.0, 0.75, 0.5].map(|scale| Attempt { scale, distance, filler }).to_vec();
         list.extend([1.0, 0.6].map(|scale| Attempt { scale, distance: distance + 1.0, filler }));
         if filler == Filler::Auto {
             list.push(Attempt { scale: 0.6, distance, filler: Filler::Matching });
@@ -187,7 +186,10 @@ impl Job<'_> {
                 Err(OddRegions(odd)) => {
                     monitor.check()?;
                     if !strips.split_shortest(inputs, &kept, &odd_borders(&band)) {
-                        return Err(infeasible("odd", format!("{} regions along the cut have an odd border", odd.len())));
+                        return Err(infeasible(
+                            "odd",
+                            format!("{} regions along the cut have an odd border", odd.len()),
+                        ));
                     }
                 }
             }
@@ -202,16 +204,7 @@ impl Job<'_> {
                 Declined::Because(reason) => infeasible("no_fill", reason),
             })?;
         self.clock.lap("fill");
-        let stitched = stitch(
-            inputs,
-            self.operation,
-            &kept,
-            &strips,
-            &resampled.surface.positions,
-            &resampled.border_vertex,
-            &regions,
-            &fills,
-        );
+        let stitched = stitch(inputs, self.operation, &kept, &strips, &resampled, &regions, &fills);
         self.clock.lap("stitch");
         let lines = resampled
             .arcs
@@ -224,13 +217,20 @@ impl Job<'_> {
         let verdict = validate(&stitched, cut, &band, diagonal, monitor)?;
         self.clock.lap("validate");
         let under = regions.into_iter().map(|r| r.under).collect();
-        Ok(Done { band, under, stitched, lines, regions: reports, verdict })
+        Ok(Done { under, stitched, lines, regions: reports, verdict })
     }
 
-    fn report(mut self, done: Done) -> Result<Output, BooleanError> {
+    fn report(mut self, mut done: Done) -> Result<Output, BooleanError> {
         self.monitor.stage("attributes", 0.95)?;
         let corner_source = corner_sources(self.inputs, self.operation, &done.under, &done.stitched);
         self.clock.lap("attributes");
+        let mut faces_moved = 0;
+        if self.options.blend_radius > 0.0 {
+            self.monitor.stage("blend", 0.97)?;
+            faces_moved = blend(&mut done.stitched, &done.lines, self.options.blend_radius, self.monitor)?;
+            done.verdict.measure_shape(&done.stitched);
+            self.clock.lap("blend");
+        }
         let mesh = done.stitched.mesh;
         let faces_kept = done.stitched.face_source.iter().filter(|s| s[0] >= 0).count();
         let mut warnings = Vec::new();
@@ -243,7 +243,7 @@ impl Job<'_> {
         let report = Report {
             faces_kept,
             faces_new: mesh.face_count() - faces_kept,
-            faces_moved: 0,
+            faces_moved,
             irregular_vertices: done.verdict.irregular,
             scaled_jacobian_min: done.verdict.jacobian_min,
             scaled_jacobian_mean: done.verdict.jacobian_mean,
@@ -254,6 +254,12 @@ impl Job<'_> {
             warnings,
             seconds: self.clock.seconds,
         };
-        Ok(Output { mesh, face_source: done.stitched.face_source, corner_source, intersection_edges: done.lines, report })
+        Ok(Output {
+            mesh,
+            face_source: done.stitched.face_source,
+            corner_source,
+            intersection_edges: done.lines,
+            report,
+        })
     }
 }

@@ -6,11 +6,11 @@
 use crate::band::{Arc, Band};
 use crate::intersect::{Cut, Input};
 use crate::polychord::sorted;
+use mesh::Monitor;
 use mesh::{Topology, TriangleMesh};
+use solve::tjoin::t_join;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
-use mesh::Monitor;
-use solve::tjoin::t_join;
 
 /// Largest distance between a planned chord and the line, as a fraction of the bounding-box diagonal.
 const CHORD_ERROR: f64 = 0.0015;
@@ -40,13 +40,6 @@ pub struct Plan {
     pub positions: Vec<Vec<f64>>,
     /// Target edge length at each band vertex, scene units.
     pub size: Vec<f64>,
-}
-
-impl Plan {
-    /// Number of edges of arc `k`.
-    pub fn count(&self, k: usize) -> usize {
-        self.positions[k].len() + 1
-    }
 }
 
 /// The regions whose border is odd and cannot be made even by moving counts along lines they share.
@@ -353,12 +346,7 @@ fn make_borders_long_enough(band: &Band, counts: &mut [usize]) {
     }
 }
 
-fn make_borders_even(
-    band: &Band,
-    ideal: &[f64],
-    counts: &mut [usize],
-    monitor: &Monitor,
-) -> Result<(), OddRegions> {
+fn make_borders_even(band: &Band, ideal: &[f64], counts: &mut [usize], monitor: &Monitor) -> Result<(), OddRegions> {
     let border = border_counts(band, counts);
     let odd: Vec<u32> = (0..band.region_count as u32).filter(|&r| border[r as usize] % 2 == 1).collect();
     if odd.is_empty() {

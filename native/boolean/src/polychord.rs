@@ -96,7 +96,8 @@ impl Strips {
                 let (a, b) = (t.from(edge), t.to(edge));
                 let fresh = (input.quads.vertex_count() + self.positions[m].len()) as u32;
                 self.middle[m].entry(sorted(a, b)).or_insert_with(|| {
-                    self.positions[m].push(input.quads.positions[a as usize].midpoint(input.quads.positions[b as usize]));
+                    self.positions[m]
+                        .push(input.quads.positions[a as usize].midpoint(input.quads.positions[b as usize]));
                     fresh
                 });
             }
@@ -126,7 +127,10 @@ impl Strips {
             return (0..4).map(|k| [corner(k), middle(k), (v, [0.25; 4]), middle(k + 3)]).collect();
         }
         let k = usize::from(mask == 2);
-        vec![[corner(k), middle(k), middle(k + 2), corner(k + 3)], [middle(k), corner(k + 1), corner(k + 2), middle(k + 2)]]
+        vec![
+            [corner(k), middle(k), middle(k + 2), corner(k + 3)],
+            [middle(k), corner(k + 1), corner(k + 2), middle(k + 2)],
+        ]
     }
 }
 

@@ -151,10 +151,10 @@ fn largest_rectangle(free: &[bool], width: usize, height: usize) -> Option<[usiz
             bar[x] = if free[y * width + x] { bar[x] + 1 } else { 0 };
         }
         let mut open: Vec<(usize, usize)> = Vec::new();
-        for x in 0..=width {
+        for (x, &height_here) in bar.iter().enumerate() {
             let mut left = x;
             while let Some(&(start, tall)) = open.last()
-                && tall >= bar[x]
+                && tall >= height_here
             {
                 open.pop();
                 left = start;
@@ -163,7 +163,7 @@ fn largest_rectangle(free: &[bool], width: usize, height: usize) -> Option<[usiz
                     best = Some((rank, [start, y + 1 - tall, x, y + 1]));
                 }
             }
-            open.push((left, bar[x]));
+            open.push((left, height_here));
         }
     }
     best.map(|(_, rectangle)| rectangle)
@@ -177,8 +177,7 @@ mod tests {
     fn largest_rectangle_agrees_with_brute_force() {
         for seed in 0..200_u32 {
             let (width, height) = (5, 4);
-            let free: Vec<bool> =
-                (0..20_u32).map(|k| (seed.wrapping_mul(2_654_435_761) >> k) & 3 != 0).collect();
+            let free: Vec<bool> = (0..20_u32).map(|k| (seed.wrapping_mul(2_654_435_761) >> k) & 3 != 0).collect();
             let mut best = (false, 0);
             for (x0, y0) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
                 for (x1, y1) in (x0 + 1..=width).flat_map(|x| (y0 + 1..=height).map(move |y| (x, y))) {

@@ -1,7 +1,7 @@
 //! The planned lines put into the band's surface: afterwards its rim consists of output vertices only.
 
 use crate::band::{self, Band};
-use crate::fill::{Region, Under};
+use crate::fill::{DividedBand, Region, Under};
 use crate::intersect::Input;
 use crate::plan::Plan;
 use crate::retract::{Kept, kept_valence};
@@ -122,6 +122,14 @@ impl Resampled {
             .iter()
             .map(|b| b.map_or(0, |(m, v)| valence[m as usize].get(&v).copied().unwrap_or(2)))
             .collect();
+        let divided = DividedBand {
+            surface: &self.surface,
+            topology: &topology,
+            is_line: &is_line,
+            piece: &piece,
+            size: &self.size,
+            outside: &outside,
+        };
         let mut regions: Vec<(u32, Region)> = (0..pieces)
             .into_par_iter()
             .map(|p| {
@@ -130,10 +138,7 @@ impl Resampled {
                 };
                 let under = Under::new(inputs, operation, band, &members(&band.region, name[p]));
                 let triangles = members(&piece, p as u32);
-                let region = Region::cut_out(
-                    &self.surface, &topology, &is_line, &piece, &triangles, &self.size, &outside, under,
-                );
-                (name[p], region)
+                (name[p], Region::cut_out(&divided, &triangles, under))
             })
             .collect();
         regions.sort_by_key(|r| r.0);

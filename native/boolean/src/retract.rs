@@ -133,8 +133,7 @@ fn open_pinches(input: &Input<'_>, kept: &mut [bool]) {
     loop {
         let mut dropped = false;
         for v in 0..input.quads.vertex_count() as u32 {
-            let around: Vec<u32> =
-                input.topology.around(v).map(|h| input.topology.face[h as usize]).collect();
+            let around: Vec<u32> = input.topology.around(v).map(|h| input.topology.face[h as usize]).collect();
             let n = around.len();
             if n == 0 || around.iter().all(|&f| kept[f as usize]) || around.iter().all(|&f| !kept[f as usize]) {
                 continue;

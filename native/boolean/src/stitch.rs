@@ -6,9 +6,10 @@
 use crate::fill::{Fill, Region};
 use crate::intersect::Input;
 use crate::polychord::Strips;
+use crate::resample::Resampled;
 use crate::retract::Kept;
 use crate::{CornerSource, Operation};
-use mesh::{DVec3, NONE, PolygonMesh};
+use mesh::{NONE, PolygonMesh};
 use std::collections::BTreeMap;
 
 /// The stitched mesh with what is needed to finish and report it.
@@ -24,18 +25,15 @@ pub struct Stitched {
     pub piece_source: BTreeMap<u32, [CornerSource; 4]>,
     /// Output vertex of each vertex of the resampled band, [`NONE`] for those not on a rim.
     pub band_vertex: Vec<u32>,
-    /// Number of vertices that are an input's.
-    pub kept_vertices: usize,
 }
 
-/// Joins kept quads, pieces of split ones, and fills. `border_vertex` says which input vertex a band vertex is.
+/// Joins kept quads, pieces of split ones, and fills. `band` says which input vertices its border consists of.
 pub fn stitch(
     inputs: &[Input<'_>; 2],
     operation: Operation,
     kept: &Kept,
     strips: &Strips,
-    band_positions: &[DVec3],
-    border_vertex: &[Option<(u8, u32)>],
+    band: &Resampled,
     regions: &[Region],
     fills: &[Fill],
 ) -> Stitched {
@@ -48,7 +46,8 @@ pub fn stitch(
     for (m, input) in inputs.iter().enumerate() {
         let turned = m == 1 && operation == Operation::Difference;
         let split: Vec<_> = strips.split[m].keys().copied().collect();
-        let split: Vec<_> = split.into_iter().flat_map(|f| strips.pieces(input, m, f).into_iter().map(move |p| (f, p))).collect();
+        let split: Vec<_> =
+            split.into_iter().flat_map(|f| strips.pieces(input, m, f).into_iter().map(move |p| (f, p))).collect();
         let mut used = vec![false; input.quads.vertex_count() + strips.positions[m].len()];
         for f in (0..kept[m].len()).filter(|&f| kept[m][f]) {
             for &v in input.quads.face(f) {
@@ -89,10 +88,9 @@ pub fn stitch(
         corners.push(quad);
         face_source.push([-1, -1]);
     }
-    let kept_vertices = positions.len();
     let mut face_region = vec![NONE; corners.len()];
-    let mut band_vertex = vec![NONE; band_positions.len()];
-    for (slot, border) in band_vertex.iter_mut().zip(border_vertex) {
+    let mut band_vertex = vec![NONE; band.surface.positions.len()];
+    for (slot, border) in band_vertex.iter_mut().zip(&band.border_vertex) {
         if let &Some((m, v)) = border {
             *slot = number[m as usize][v as usize];
         }
@@ -101,7 +99,7 @@ pub fn stitch(
         for &v in &region.rim {
             if band_vertex[v as usize] == NONE {
                 band_vertex[v as usize] = positions.len() as u32;
-                positions.push(band_positions[v as usize]);
+                positions.push(band.surface.positions[v as usize]);
             }
         }
     }
@@ -118,5 +116,12 @@ pub fn stitch(
         }
     }
     let mesh = PolygonMesh::from_polygons(positions, &corners).expect("indices from this function");
-    Stitched { mesh, face_source, face_region, piece_source, band_vertex, kept_vertices }
+    Stitched { mesh, face_source, face_region, piece_source, band_vertex }
+}
+
+impl Stitched {
+    /// Faces that are no input's.
+    pub fn new_faces(&self) -> Vec<u32> {
+        (0..self.face_source.len() as u32).filter(|&f| self.face_source[f as usize][0] < 0).collect()
+    }
 }

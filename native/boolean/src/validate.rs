@@ -48,6 +48,24 @@ impl Verdict {
             && self.volume_error <= VOLUME_LIMIT
     }
 
+    /// Measures the shape of the new faces.
+    pub fn measure_shape(&mut self, stitched: &Stitched) {
+        let new = stitched.new_faces();
+        let mut sum = 0.0;
+        self.inverted.clear();
+        self.jacobian_min = 1.0;
+        for &f in &new {
+            let p: Vec<DVec3> = stitched.mesh.face_points(f as usize).collect();
+            let jacobian = scaled_jacobian([p[0], p[1], p[2], p[3]]);
+            sum += jacobian;
+            self.jacobian_min = self.jacobian_min.min(jacobian);
+            if jacobian <= 0.0 {
+                self.inverted.push(f);
+            }
+        }
+        self.jacobian_mean = if new.is_empty() { 1.0 } else { sum / new.len() as f64 };
+    }
+
     /// Lower is better; an invalid topology is infinitely bad.
     pub fn score(&self) -> f64 {
         if self.topology.is_some() {
@@ -81,16 +99,18 @@ impl Verdict {
     }
 }
 
+/// Root of `v` in a forest of parents, halving the path.
+fn find(parent: &mut [u32], mut v: u32) -> u32 {
+    while parent[v as usize] != v {
+        parent[v as usize] = parent[parent[v as usize] as usize];
+        v = parent[v as usize];
+    }
+    v
+}
+
 /// Vertices, edges and faces in use: V - E + F and the number of pieces.
 pub fn euler_and_components(vertex_count: usize, topology: &Topology) -> (i64, usize) {
     let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
-    fn find(parent: &mut [u32], mut v: u32) -> u32 {
-        while parent[v as usize] != v {
-            parent[v as usize] = parent[parent[v as usize] as usize];
-            v = parent[v as usize];
-        }
-        v
-    }
     let mut edges = 0;
     for h in topology.edges() {
         edges += 1;
@@ -130,22 +150,18 @@ fn check_topology(mesh: &PolygonMesh, topology: &Topology, cut: &Cut) -> Result<
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn validate(stitched: &Stitched, cut: &Cut, band: &Band, diagonal: f64, monitor: &Monitor) -> Result<Verdict, Cancelled> {
+pub fn validate(
+    stitched: &Stitched,
+    cut: &Cut,
+    band: &Band,
+    diagonal: f64,
+    monitor: &Monitor,
+) -> Result<Verdict, Cancelled> {
     let mesh = &stitched.mesh;
     let topology = Topology::of(mesh);
-    let mut verdict = Verdict { topology: check_topology(mesh, &topology, cut).err(), jacobian_min: 1.0, ..Verdict::default() };
-    let new: Vec<u32> = (0..mesh.face_count() as u32).filter(|&f| stitched.face_source[f as usize][0] < 0).collect();
-    let mut sum = 0.0;
-    for &f in &new {
-        let p: Vec<DVec3> = mesh.face_points(f as usize).collect();
-        let jacobian = scaled_jacobian([p[0], p[1], p[2], p[3]]);
-        sum += jacobian;
-        verdict.jacobian_min = verdict.jacobian_min.min(jacobian);
-        if jacobian <= 0.0 {
-            verdict.inverted.push(f);
-        }
-    }
-    verdict.jacobian_mean = if new.is_empty() { 1.0 } else { sum / new.len() as f64 };
+    let mut verdict = Verdict { topology: check_topology(mesh, &topology, cut).err(), ..Verdict::default() };
+    let new = stitched.new_faces();
+    verdict.measure_shape(stitched);
     let mut vertices: Vec<u32> = new.iter().flat_map(|&f| mesh.face(f as usize).iter().copied()).collect();
     vertices.sort_unstable();
     vertices.dedup();

@@ -35,8 +35,7 @@ pub fn finish(region: &Region, fill: &Fill, monitor: &Monitor) -> Result<Fill, D
     let mut features = region.inner_lines.clone();
     features.extend(&region.line_edges);
     let setting = Setting { features: &features, outside: &outside, chains: &[], surfaces: &[&region.under] };
-    let better = improve(start, &setting, &search(fill.quads.len()), monitor).map_err(|error| {
-        monitor.check().map_or_else(Declined::Cancelled, |()| Declined::Because(error.to_string()))
-    })?;
+    let better = improve(start, &setting, &search(fill.quads.len()), monitor)
+        .map_err(|error| monitor.check().map_or_else(Declined::Cancelled, |()| Declined::Because(error.to_string())))?;
     Ok(Fill { positions: better.patch.positions[region.rim_count..].to_vec(), quads: better.patch.quads })
 }

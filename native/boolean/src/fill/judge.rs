@@ -41,8 +41,7 @@ pub fn score(region: &Region, fill: &Fill, diagonal: f64, monitor: &Monitor) -> 
         let [a, b, c, d] = q.map(at);
         [centre(q), a.midpoint(b), b.midpoint(c), c.midpoint(d), d.midpoint(a)]
     };
-    let distance = fill.quads.iter().flat_map(|q| samples(q)).map(|p| region.under.distance(p)).fold(0.0, f64::max)
-        / diagonal;
+    let distance = fill.quads.iter().flat_map(samples).map(|p| region.under.distance(p)).fold(0.0, f64::max) / diagonal;
 
     let topology = Topology::new(points.len(), &fill.quads);
     let inner = region.rim_count as u32..points.len() as u32;

@@ -24,8 +24,8 @@ const BEST_WEIGHT: f64 = 1000.0;
 pub fn fill(region: &Region, scale: f64, monitor: &Monitor) -> Result<Fill, Declined> {
     let size: Vec<f64> = region.size.iter().map(|s| s * scale * TRIANGLE_EDGE).collect();
     let options = RemeshOptions { split_chords: true, ..RemeshOptions::default() };
-    let made = remesh(&region.surface, &region.inner_lines, &size, &options, monitor)
-        .map_err(|e| because(monitor, &e))?;
+    let made =
+        remesh(&region.surface, &region.inner_lines, &size, &options, monitor).map_err(|e| because(monitor, &e))?;
     let quads = pair(&made.mesh, &made.vertex, region, monitor)?;
 
     // Rim vertices keep their numbers, the others follow in the remesher's order.
@@ -53,17 +53,18 @@ pub fn because(monitor: &Monitor, reason: &impl std::fmt::Display) -> Declined {
 
 fn pair(mesh: &TriangleMesh, vertex: &[u32], region: &Region, monitor: &Monitor) -> Result<Vec<[u32; 4]>, Declined> {
     let topology = Topology::of_triangles(mesh);
-    let mut lines: Vec<[u32; 2]> = region
-        .inner_lines
-        .iter()
-        .map(|l| l.map(|v| vertex[v as usize]))
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .collect();
+    let mut lines: Vec<[u32; 2]> =
+        region.inner_lines.iter().map(|l| l.map(|v| vertex[v as usize])).map(|[a, b]| [a.min(b), a.max(b)]).collect();
     lines.sort_unstable();
     // The quad over an inner half-edge: its own triangle's apex, its start, the other apex, its end.
     let quad = |h: u32| {
         let o = topology.twin[h as usize];
-        [topology.to(topology.next[h as usize]), topology.from(h), topology.to(topology.next[o as usize]), topology.to(h)]
+        [
+            topology.to(topology.next[h as usize]),
+            topology.from(h),
+            topology.to(topology.next[o as usize]),
+            topology.to(h),
+        ]
     };
     let inner: Vec<u32> = topology
         .edges()
@@ -79,13 +80,9 @@ fn pair(mesh: &TriangleMesh, vertex: &[u32], region: &Region, monitor: &Monitor)
             (h / 3, topology.twin[h as usize] / 3, (BEST_WEIGHT * squareness(points)).round() as i32)
         })
         .collect();
-    let partner = perfect_matching(mesh.triangles.len(), &edges, &|| monitor.is_cancelled())
-        .map_err(|e| because(monitor, &e))?;
-    Ok(inner
-        .into_iter()
-        .filter(|&h| partner[(h / 3) as usize] == topology.twin[h as usize] / 3)
-        .map(quad)
-        .collect())
+    let partner =
+        perfect_matching(mesh.triangles.len(), &edges, &|| monitor.is_cancelled()).map_err(|e| because(monitor, &e))?;
+    Ok(inner.into_iter().filter(|&h| partner[(h / 3) as usize] == topology.twin[h as usize] / 3).map(quad).collect())
 }
 
 /// 1 for four right angles, 0 when an angle reaches 0 or 180 degrees (Remacle et al. 2012, eq. 1), less what the quad

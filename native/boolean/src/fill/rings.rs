@@ -33,14 +33,20 @@ pub fn fill(region: &Region, scale: f64, monitor: &Monitor) -> Result<Fill, Decl
     let [lower, upper] = match &region.loops[..] {
         [a, b] if region.inner_lines.is_empty() => [a, b],
         [_, _] => return Err(Declined::Because("a line runs inside the region".into())),
-        _ => return Err(Declined::Because(format!("the region has {} border loops, an annulus two", region.loops.len()))),
+        _ => {
+            return Err(Declined::Because(format!(
+                "the region has {} border loops, an annulus two",
+                region.loops.len()
+            )));
+        }
     };
     let topology = Topology::of_triangles(&region.surface);
     if region.surface.positions.len() + region.surface.triangles.len() != topology.edges().count() {
         return Err(Declined::Because("the region has handles".into()));
     }
     let size: Vec<f64> = region.size.iter().map(|s| s * scale * TRIANGLE_EDGE).collect();
-    let made = remesh(&region.surface, &[], &size, &RemeshOptions::default(), monitor).map_err(|e| because(monitor, &e))?;
+    let made =
+        remesh(&region.surface, &[], &size, &RemeshOptions::default(), monitor).map_err(|e| because(monitor, &e))?;
     // Two triangles make a quad; as many rows follow as make that many quads.
     let wanted = 0.5 * made.mesh.triangles.len() as f64;
     let in_mesh = |walk: &[u32]| walk.iter().map(|&v| made.vertex[v as usize]).collect::<Vec<u32>>();
@@ -298,9 +304,8 @@ impl Quads {
         let (mut i, mut j, mut column) = (0, pairing.start, 0);
         for (k, &run) in runs.iter().enumerate() {
             let [n, m] = [0, 1].map(|side| pairing.columns[column..column + run].iter().map(|c| c[side]).sum::<u32>());
-            let patch = filler
-                .fill(&[n, rows as u32, m, rows as u32])
-                .map_err(|error| Declined::Because(error.to_string()))?;
+            let patch =
+                filler.fill(&[n, rows as u32, m, rows as u32]).map_err(|error| Declined::Because(error.to_string()))?;
             let turn = i32::from(k + 1 == runs.len());
             let mut vertices: Vec<Lifted> = (0..=i64::from(n)).map(|s| bottom.at(i + s)).collect();
             vertices.extend(lines[(k + 1) % lines.len()].iter().map(|&v| (v, turn)));

@@ -69,9 +69,11 @@ impl Strip {
             for triangle in &corners {
                 let low = triangle.iter().map(|&(v, t)| angle[v as usize] + f64::from(t)).fold(f64::INFINITY, f64::min);
                 let back = low.floor() - f64::from(turn);
-                uv.extend(triangle.iter().map(|&(v, t)| {
-                    DVec2::new(angle[v as usize] + f64::from(t) - back, height[v as usize])
-                }));
+                uv.extend(
+                    triangle
+                        .iter()
+                        .map(|&(v, t)| DVec2::new(angle[v as usize] + f64::from(t) - back, height[v as usize])),
+                );
             }
         }
         let triangles = (0..uv.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
@@ -167,7 +169,9 @@ fn cut(mesh: &TriangleMesh, topology: &Topology, loops: [&[u32]; 2]) -> Result<V
             }
         }
     }
-    Ok((0..mesh.triangles.len()).map(|t| (3 * t..3 * t + 3).map(|h| (topology.origin[h], turns[h])).collect()).collect())
+    Ok((0..mesh.triangles.len())
+        .map(|t| (3 * t..3 * t + 3).map(|h| (topology.origin[h], turns[h])).collect())
+        .collect())
 }
 
 /// Edges of faces, once for each face: both ends, and the turns from the first to the second.
@@ -180,11 +184,7 @@ pub fn edges_of<F: AsRef<[Lifted]>>(faces: &[F]) -> Vec<(u32, u32, i32)> {
 }
 
 /// Values that are, at every vertex not fixed, the mean of the neighbours', less the turns to them. O(n^1.5).
-pub fn harmonic(
-    count: usize,
-    edges: &[(u32, u32, i32)],
-    fixed: &[Option<f64>],
-) -> Result<Vec<f64>, solve::SolveError> {
+pub fn harmonic(count: usize, edges: &[(u32, u32, i32)], fixed: &[Option<f64>]) -> Result<Vec<f64>, solve::SolveError> {
     let mut number = vec![usize::MAX; count];
     let mut unknowns = 0;
     for v in 0..count {
