@@ -51,7 +51,7 @@ struct Attempt {
 /// filler could mesh.
 ///
 /// # Source
-/// Nuvoli et al., `QuadMixer`, 2019; DESIGN and docs/papers.md list the deviations.
+/// Nuvoli et al., `QuadMixer`, 2019; docs/papers.md lists the deviations.
 pub fn boolean(
     a: &PolygonMesh,
     b: &PolygonMesh,

@@ -28,7 +28,7 @@ pub fn components(mesh: &PolygonMesh) -> usize {
     count
 }
 
-/// `Ok` when each side of a face has one partner of opposite direction, and the faces round each vertex form one ring.
+/// `Ok` when no face names a vertex twice, each side of a face has one partner of opposite direction, and the faces round each vertex form one ring.
 ///
 /// # Errors
 /// A sentence about the first place where this fails.
@@ -39,6 +39,11 @@ pub fn closed_manifold(mesh: &PolygonMesh) -> Result<(), String> {
         let back = count.get(&(b, a)).copied().unwrap_or(0);
         if a == b || n != 1 || back != 1 {
             return Err(format!("edge {a}-{b} has {n} faces along it and {back} against it"));
+        }
+    }
+    for (f, face) in mesh.faces().enumerate() {
+        if face.iter().collect::<std::collections::BTreeSet<_>>().len() != face.len() {
+            return Err(format!("face {f} names a vertex twice"));
         }
     }
     // Round each vertex, the vertex before it in a face leads to the vertex after it.
