@@ -40,6 +40,20 @@ def test_the_result_is_what_the_exact_boolean_is_but_in_quads(made, pair):
     assert meshcheck.quad_quality(positions, faces)["inverted_quads"] == 0
 
 
+def test_a_blend_moves_only_what_lies_near_the_curve(pair):
+    sharp = quadloom.boolean(*pair, "union")
+    soft = quadloom.boolean(*pair, "union", blend_radius=0.05)
+    assert np.array_equal(sharp.mesh.corner_verts, soft.mesh.corner_verts)
+    curve = sharp.mesh.positions[np.unique(sharp.intersection_edges)]
+    moved = np.linalg.norm(soft.mesh.positions - sharp.mesh.positions, axis=1)
+    away = np.linalg.norm(sharp.mesh.positions[:, None] - curve[None], axis=2).min(axis=1)
+    assert moved[np.unique(sharp.intersection_edges)].max() > 1e-4
+    # The distance along the surface is at least the straight one.
+    assert not moved[away > 0.05].any()
+    touched = moved[soft.mesh.corner_verts.reshape(-1, 4)].any(axis=1) & (soft.face_source[:, 0] >= 0)
+    assert soft.report["faces_moved"] >= touched.sum()
+
+
 def test_kept_faces_are_the_inputs_bit_for_bit(made, pair):
     operation, result = made
     inputs = [polygons(mesh) for mesh in pair]
