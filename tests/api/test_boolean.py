@@ -48,8 +48,8 @@ def test_a_blend_moves_only_what_lies_near_the_curve(pair):
     moved = np.linalg.norm(soft.mesh.positions - sharp.mesh.positions, axis=1)
     away = np.linalg.norm(sharp.mesh.positions[:, None] - curve[None], axis=2).min(axis=1)
     assert moved[np.unique(sharp.intersection_edges)].max() > 1e-4
-    # The distance along the surface is at least the straight one.
-    assert not moved[away > 0.05].any()
+    # The distance along the surface is at least the straight one, but for the error of fast marching.
+    assert not moved[away > 0.06].any()
     touched = moved[soft.mesh.corner_verts.reshape(-1, 4)].any(axis=1) & (soft.face_source[:, 0] >= 0)
     assert soft.report["faces_moved"] >= touched.sum()
 
