@@ -5,9 +5,9 @@
 
 use crate::Options;
 use crate::intersect::{Cut, Input, Source};
-use crate::polychord::{Strips, sorted};
+use crate::polychord::Strips;
 use crate::retract::Kept;
-use mesh::{DVec3, NONE, Topology, TriangleMesh, face_normal};
+use mesh::{DVec3, NONE, Topology, TriangleMesh, face_normal, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A crease that ends inside the band is a line only when it is longer than this, in edges of its mesh.

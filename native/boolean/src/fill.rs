@@ -11,10 +11,9 @@ mod rings;
 
 use crate::band::Band;
 use crate::intersect::{Input, Source};
-use crate::polychord::sorted;
 use crate::{Filler, Operation, RegionReport};
 use judge::Score;
-use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh};
+use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh, sorted};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use surface::closest::ClosestPoint;

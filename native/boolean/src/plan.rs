@@ -5,9 +5,7 @@
 
 use crate::band::{Arc, Band};
 use crate::intersect::{Cut, Input};
-use crate::polychord::sorted;
-use mesh::Monitor;
-use mesh::{Topology, TriangleMesh};
+use mesh::{Monitor, Topology, TriangleMesh, sorted};
 use solve::tjoin::t_join;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};

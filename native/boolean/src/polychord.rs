@@ -7,7 +7,7 @@
 use crate::band::Band;
 use crate::intersect::Input;
 use crate::retract::Kept;
-use mesh::{DVec3, NONE};
+use mesh::{DVec3, NONE, sorted};
 use std::collections::BTreeMap;
 
 /// Kept quads that are split. Empty for almost every placement.
@@ -132,11 +132,6 @@ impl Strips {
             [middle(k), corner(k + 1), corner(k + 2), middle(k + 2)],
         ]
     }
-}
-
-/// A vertex pair, lower first.
-pub fn sorted(a: u32, b: u32) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// The border edges of the band's odd pieces (connected components with an odd number of border edges).

@@ -5,11 +5,11 @@
 
 use crate::fill::{Fill, Region};
 use crate::intersect::Input;
-use crate::polychord::{Strips, sorted};
+use crate::polychord::Strips;
 use crate::resample::Resampled;
 use crate::retract::Kept;
 use crate::{CornerSource, Operation};
-use mesh::{NONE, PolygonMesh};
+use mesh::{NONE, PolygonMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The stitched mesh with what is needed to finish and report it.

@@ -18,7 +18,7 @@ pub use intersect::{are_collinear, self_intersections, self_intersections_of, tr
 pub use monitor::{Cancelled, Monitor};
 pub use polygon::{MeshError, PolygonMesh};
 pub use quality::{face_normal, scaled_jacobian, volume};
-pub use topology::{NONE, Topology};
+pub use topology::{NONE, Topology, sorted};
 pub use triangle::{TriangleMesh, split_quad};
 
 /// Vectors and points in space.

@@ -5,6 +5,11 @@ use std::collections::HashMap;
 /// "No such element", in index arrays.
 pub const NONE: u32 = u32::MAX;
 
+/// An edge as a vertex pair, lower vertex first.
+pub fn sorted(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
 /// Who meets whom. Topology never sees positions. Built once, O(corners), for any mesh: half-edges that have no single
 /// partner of opposite direction (borders, non-manifold or misoriented edges) have `twin == NONE`.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use super::ResampleError;
 use crate::editable::{Editable, next, prev};
 use glam::DVec3;
-use mesh::{Monitor, NONE, TriangleMesh};
+use mesh::{Monitor, NONE, TriangleMesh, sorted};
 use std::collections::{BTreeSet, HashSet};
 
 /// A triangle may turn by this much (cosine) from the input triangle it comes from.
@@ -366,10 +366,6 @@ impl Removal {
         }
         worst > 0.0
     }
-}
-
-fn sorted(a: u32, b: u32) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// Unit normal of each input triangle; thin ones take that of the nearest sound triangle, ring by ring.
