@@ -13,7 +13,7 @@ use crate::band::Band;
 use crate::intersect::{Input, Source};
 use crate::{Filler, Operation, RegionReport};
 use judge::Score;
-use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh, sorted};
+use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use surface::closest::ClosestPoint;
@@ -319,37 +319,14 @@ fn fill_region(
     Ok((fill, report))
 }
 
-/// Fills a region without any inner edge between two rim vertices: matching, smoothed. For regions whose fill would
-/// otherwise repeat an edge of a neighbour.
+/// Smooths a fill whose connections were changed.
 ///
 /// # Errors
-/// [`Declined`] when matching fails.
-pub fn fill_without_chords(region: &Region, monitor: &Monitor) -> Result<Fill, Declined> {
-    let raw = matching::fill(region, 1.0, monitor)?;
-    let fill = finish::smooth(region, &raw, monitor)?;
+/// [`Declined`] when it is no fill of the region any more.
+pub fn smooth(region: &Region, fill: &Fill, monitor: &Monitor) -> Result<Fill, Declined> {
+    let fill = finish::smooth(region, fill, monitor)?;
     region.verify(&fill).map_err(Declined::Because)?;
     Ok(fill)
-}
-
-impl Fill {
-    /// Inner edges that join two rim vertices, as rim vertices, lower first.
-    pub fn chords(&self, region: &Region) -> Vec<[u32; 2]> {
-        let rim_edges: std::collections::BTreeSet<[u32; 2]> = region
-            .loops
-            .iter()
-            .flat_map(|walk| (0..walk.len()).map(|k| sorted(walk[k], walk[(k + 1) % walk.len()])))
-            .chain(region.inner_lines.iter().map(|&[a, b]| sorted(a, b)))
-            .collect();
-        let mut chords: Vec<[u32; 2]> = self
-            .quads
-            .iter()
-            .flat_map(|q| (0..4).map(|k| sorted(q[k], q[(k + 1) % 4])))
-            .filter(|e| e.iter().all(|&v| (v as usize) < region.rim_count) && !rim_edges.contains(e))
-            .collect();
-        chords.sort_unstable();
-        chords.dedup();
-        chords
-    }
 }
 
 /// One filler's finished and verified answer.

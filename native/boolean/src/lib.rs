@@ -20,6 +20,7 @@ mod regroup;
 mod resample;
 mod retract;
 mod stitch;
+mod unique_edges;
 mod validate;
 
 pub use error::{BooleanError, Elements};

@@ -10,7 +10,8 @@ use crate::plan::{self, OddRegions};
 use crate::polychord::{Strips, odd_borders};
 use crate::resample::resample;
 use crate::retract::retract;
-use crate::stitch::{Stitched, repeated_edges, stitch};
+use crate::stitch::{Stitched, stitch};
+use crate::unique_edges::make_edges_unique;
 use crate::validate::{Verdict, validate};
 use crate::{BooleanError, Filler, Operation, Options, Output, RegionReport, Report, inspect};
 use mesh::{Monitor, PolygonMesh};
@@ -204,9 +205,8 @@ impl Job<'_> {
         };
         let (mut fills, mut reports) =
             fill::fill_all(&regions, attempt.filler, self.options.alpha, diagonal, monitor).map_err(declined)?;
-        for r in repeated_edges(inputs, &kept, &resampled, &regions, &fills) {
-            fills[r] = fill::fill_without_chords(&regions[r], monitor).map_err(declined)?;
-            "matching".clone_into(&mut reports[r].filler);
+        for r in make_edges_unique(inputs, &kept, &strips, &resampled, &regions, &mut fills) {
+            fills[r] = fill::smooth(&regions[r], &fills[r], monitor).map_err(declined)?;
             reports[r].quads = fills[r].quads.len();
         }
         self.clock.lap("fill");

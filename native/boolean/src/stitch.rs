@@ -9,8 +9,8 @@ use crate::polychord::Strips;
 use crate::resample::Resampled;
 use crate::retract::Kept;
 use crate::{CornerSource, Operation};
-use mesh::{NONE, PolygonMesh, sorted};
-use std::collections::{BTreeMap, BTreeSet};
+use mesh::{NONE, PolygonMesh};
+use std::collections::BTreeMap;
 
 /// The stitched mesh with what is needed to finish and report it.
 #[derive(Debug, Clone)]
@@ -117,44 +117,6 @@ pub fn stitch(
     }
     let mesh = PolygonMesh::from_polygons(positions, &corners).expect("indices from this function");
     Stitched { mesh, face_source, face_region, piece_source, band_vertex }
-}
-
-/// Regions whose fill repeats an edge that a neighbour's fill or a kept quad has: two rim vertices may be joined once.
-pub fn repeated_edges(
-    inputs: &[Input<'_>; 2],
-    kept: &Kept,
-    band: &Resampled,
-    regions: &[Region],
-    fills: &[Fill],
-) -> Vec<usize> {
-    // Edges of the lines themselves and of the kept quads come first, then the regions in order.
-    let mut taken: BTreeSet<[u32; 2]> =
-        band.arcs.iter().flat_map(|path| path.windows(2).map(|w| sorted(w[0], w[1]))).collect();
-    let is_kept_edge = |[a, b]: [u32; 2]| match (band.border_vertex[a as usize], band.border_vertex[b as usize]) {
-        (Some((m, v)), Some((n, w))) if m == n => {
-            let (input, keep) = (&inputs[m as usize], &kept[m as usize]);
-            let own = input.quads.vertex_count() as u32;
-            let t = &input.topology;
-            v < own
-                && w < own
-                && [t.find(v, w), t.find(w, v)].into_iter().flatten().any(|h| keep[t.face[h as usize] as usize])
-        }
-        _ => false,
-    };
-    let mut repeated = Vec::new();
-    for (r, (region, fill)) in regions.iter().zip(fills).enumerate() {
-        let mut chords: Vec<[u32; 2]> =
-            fill.chords(region).iter().map(|e| e.map(|v| region.rim[v as usize])).map(|[a, b]| sorted(a, b)).collect();
-        chords.sort_unstable();
-        // Twice in one region: where the region touches itself, two of its rim vertices are one vertex of the result.
-        let twice = chords.windows(2).any(|w| w[0] == w[1]);
-        if twice || chords.iter().any(|&c| taken.contains(&c) || is_kept_edge(c)) {
-            repeated.push(r);
-        } else {
-            taken.extend(chords);
-        }
-    }
-    repeated
 }
 
 impl Stitched {

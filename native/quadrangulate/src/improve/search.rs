@@ -76,7 +76,8 @@ impl<'a> Search<'a> {
         let most = self.options.depth;
         let cancel = |from: usize| (from..=most).map(|depth| (depth, false));
         // Cancel what is near, let the rest drift to where the strain is less, and cancel again.
-        for (depth, drift) in cancel(1).chain([(DRIFT_DEPTH.min(most), true)]).chain(cancel(2)) {
+        let drift = (most > 0).then_some((DRIFT_DEPTH.min(most), true));
+        for (depth, drift) in cancel(1).chain(drift).chain(cancel(2)) {
             let mut tried_at = vec![None; self.mesh.positions.len()];
             for _ in 0..self.options.passes {
                 let mut progress = false;
