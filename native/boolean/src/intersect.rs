@@ -105,8 +105,9 @@ pub fn intersect(inputs: &[Input<'_>; 2], operation: Operation, monitor: &Monito
         Operation::Intersection => OpType::Intersect,
         Operation::Difference => OpType::Subtract,
     };
+    // The check has refused inputs that intersect themselves, the only ones that need the robust engine.
     let result =
-        cancellable(monitor, |token| a.boolean_with_engine_and_token(&b, kind, BooleanEngine::Auto, Some(token)));
+        cancellable(monitor, |token| a.boolean_with_engine_and_token(&b, kind, BooleanEngine::Exact, Some(token)));
     monitor.check()?;
     if result.status() != Error::NoError {
         return Err(BooleanError::Intersect(format!("{:?}", result.status())));
