@@ -247,6 +247,9 @@ const SHRINKS: [f64; 3] = [1.0, 0.7, 0.5];
 /// shapes near squares.
 const GOOD_SCORE: f64 = 2.0;
 
+/// A fill of more quads than this is not tried with smaller ones.
+const MOST_REFINED: usize = 1500;
+
 /// Fills every region with the chosen filler, or with each that can take it until one is good, and keeps the best. Regions are filled in
 /// parallel; the result does not depend on the order.
 ///
@@ -305,9 +308,9 @@ fn fill_region(
                 }
             }
         }
-        let Some((score, _)) = &best else { continue };
+        let Some((score, fill)) = &best else { continue };
         // Where smaller quads do not help, the fault lies in the rim: that is for another plan of the lines.
-        if score.flawless || score.total > 0.9 * before {
+        if score.flawless || score.total > 0.9 * before || fill.quads.len() > MOST_REFINED {
             break;
         }
         before = score.total;

@@ -173,7 +173,9 @@ fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, bend_error: f
     for v in 0..count {
         size[v] = size[v].max(grown[v]);
     }
-    cap_at_bends(inputs, band, bend_error, scale, &fixed, &mut size);
+    // The lines follow: no filler makes a region finer than its rim.
+    let given: Vec<bool> = (0..count as u32).map(|v| topology.is_border_vertex(v)).collect();
+    cap_at_bends(inputs, band, bend_error, scale, &given, &mut size);
     size
 }
 
