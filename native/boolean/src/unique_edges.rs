@@ -137,15 +137,12 @@ fn divide(region: &Region, fill: &mut Fill, [(first, k), (second, l)]: [(usize, 
         ends.sort_unstable();
         // The corner that gives up its edge: inside, it has to keep three.
         let loser = if start == 0 { v } else { u };
-        let is_sound = ends[0] != ends[1]
-            && ends[1] != ends[2]
-            && ((loser as usize) < region.rim_count || valence(loser) > 3);
+        let is_sound =
+            ends[0] != ends[1] && ends[1] != ends[2] && ((loser as usize) < region.rim_count || valence(loser) > 3);
         let corner = |j: usize| (start + j) % 6;
         let made = [0, 2, 4].map(|j| [corner(j), corner(j + 1), corner(j + 2)]);
-        let worst = made
-            .iter()
-            .map(|c| scaled_jacobian([centre, at[c[0]], at[c[1]], at[c[2]]]))
-            .fold(f64::INFINITY, f64::min);
+        let worst =
+            made.iter().map(|c| scaled_jacobian([centre, at[c[0]], at[c[1]], at[c[2]]])).fold(f64::INFINITY, f64::min);
         is_sound.then(|| (worst, made.map(|c| [x, hexagon[c[0]], hexagon[c[1]], hexagon[c[2]]])))
     });
     let Some((_, made)) = ways.max_by(|a, b| a.0.total_cmp(&b.0)) else { return false };

@@ -157,38 +157,6 @@ fn empty_results_and_bad_options_are_errors_with_a_sentence() {
 }
 
 #[test]
-fn bad_inputs_are_refused_by_name() {
-    let good = shapes::sphere(4);
-    let refused = |bad: &PolygonMesh| match run(bad, &good, Operation::Union, &Options::default()) {
-        Err(BooleanError::Invalid { input: 0, code, elements, .. }) => {
-            assert!(code == "empty" || elements.values().any(|list| !list.is_empty()), "{code} names no element");
-            code
-        }
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(refused(&PolygonMesh::default()), "empty");
-    assert_eq!(refused(&shapes::triangulated(&good)), "not_quads");
-    assert_eq!(refused(&shapes::reversed(&good)), "inside_out");
-    assert_eq!(refused(&shapes::sheet(3, 3)), "open");
-    let mut nan = good.clone();
-    nan.positions[3].x = f64::NAN;
-    assert_eq!(refused(&nan), "not_finite");
-    let mut flat = good.clone();
-    let face = flat.face(0).to_vec();
-    for &v in &face[1..] {
-        flat.positions[v as usize] = flat.positions[face[0] as usize];
-    }
-    assert_eq!(refused(&flat), "zero_area");
-    let crossing = shapes::joined(&[good.clone(), shapes::transformed(&good, glam::DMat3::IDENTITY, DVec3::X)]);
-    assert_eq!(refused(&crossing), "self_intersecting");
-    assert_eq!(refused(&shapes::joined(&[good.clone(), good.clone()])), "duplicate");
-    let huge = shapes::transformed(&good, glam::DMat3::IDENTITY * 1e120, DVec3::ZERO);
-    assert_eq!(refused(&huge), "too_large");
-    let far = shapes::transformed(&good, glam::DMat3::IDENTITY * 1e-12, DVec3::splat(1.0));
-    assert!(["too_small", "zero_area", "self_intersecting", "duplicate"].contains(&refused(&far)));
-}
-
-#[test]
 fn a_cancelled_monitor_stops_the_boolean() {
     let a = shapes::sphere(8);
     let b = random::placement(&a, &a, 3);
