@@ -253,7 +253,7 @@ const SHRINKS: [f64; 3] = [1.0, 0.7, 0.5];
 
 /// A flawless fill that scores below this needs no rival: fewer than half an irregular vertex for each border edge, and
 /// shapes near squares.
-const GOOD_SCORE: f64 = 0.8;
+const GOOD_SCORE: f64 = 2.0;
 
 /// Fills every region with the chosen filler, or with each that can take it until one is good, and keeps the best. Regions are filled in
 /// parallel; the result does not depend on the order.

@@ -6,6 +6,7 @@
 mod attributes;
 mod band;
 mod blend;
+mod division;
 mod error;
 mod fill;
 mod inspect;

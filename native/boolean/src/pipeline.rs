@@ -196,10 +196,11 @@ impl Job<'_> {
         let kept = retract(inputs, cut, attempt.distance, curve_edge, self.options, monitor)?;
         self.clock.lap("retract");
         let diagonal = mesh::Aabb::of(cut.surface.positions.iter().copied()).diagonal();
+        let volume = mesh::volume(&cut.surface);
         let mut strips = Strips::default();
         let (band, plan) = loop {
             let band = band::extract(inputs, cut, &kept, &strips, self.options);
-            match plan::plan(inputs, &band, diagonal, attempt.scale, monitor) {
+            match plan::plan(inputs, &band, diagonal, volume, attempt.scale, monitor) {
                 Ok(plan) => break (band, plan),
                 Err(OddRegions(odd)) => {
                     monitor.check()?;

@@ -4,8 +4,9 @@
 //! A quad mesh of a region needs an even border (3.4), so the free counts are adjusted by a T-join over the regions.
 
 use crate::band::{Arc, Band};
+use crate::division::Division;
 use crate::intersect::{Cut, Input};
-use mesh::{Monitor, Topology, TriangleMesh, sorted};
+use mesh::{Monitor, Topology, sorted};
 use solve::tjoin::t_join;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -16,14 +17,15 @@ const CHORD_ERROR: f64 = 0.0015;
 /// Largest distance between a quad and a bend it spans, as a fraction of the diagonal.
 const BEND_ERROR: f64 = 0.003;
 
+/// The same as a part of the mean thickness under the band, its volume over its area: where all bends are convex this is
+/// about twice the share of the volume that is lost.
+const BEND_VOLUME: f64 = 0.03;
+
 /// Bends make edges no shorter than this part of what they would be.
 const SMALLEST_CAP: f64 = 0.4;
 
 /// Growth of the edge length with the distance from where it is given.
 const GRADING: f64 = 0.4;
-
-/// Largest distance between a planned chord and the line, as a part of the chord: seven make a circle.
-const CHORD_SAG: f64 = 0.12;
 
 /// Fewest edges of a closed line.
 const FEWEST_ON_LOOP: usize = 4;
@@ -44,9 +46,12 @@ pub struct Plan {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OddRegions(pub Vec<u32>);
 
+/// Edges on the curve are at most this many times as long as those of the finer side.
+pub const LARGEST_STEP: f64 = 2.0;
+
 /// Edge length wanted on the curve between quads of lengths `a` and `b`.
 pub fn curve_length(a: f64, b: f64) -> f64 {
-    (a * b).sqrt().min(2.0 * a.min(b))
+    (a * b).sqrt().min(LARGEST_STEP * a.min(b))
 }
 
 /// Mean planned edge length on all curves, from the exact boolean alone.
@@ -67,7 +72,8 @@ pub fn mean_curve_length(inputs: &[Input<'_>; 2], cut: &Cut) -> f64 {
     if weight > 0.0 { sum / weight } else { 0.0 }
 }
 
-/// Plans all lines; `scale` multiplies the edge lengths (retries use less than one).
+/// Plans all lines; `scale` multiplies the edge lengths (retries use less than one). `volume` is that of the exact
+/// boolean, in cubed scene units.
 ///
 /// # Errors
 /// [`OddRegions`] when the borders of a group of regions that share lines sum to an odd number.
@@ -75,102 +81,37 @@ pub fn plan(
     inputs: &[Input<'_>; 2],
     band: &Band,
     diagonal: f64,
+    volume: f64,
     scale: f64,
     monitor: &Monitor,
 ) -> Result<Plan, OddRegions> {
-    let size = size_field(inputs, band, diagonal, scale);
-    let mut ideal = Vec::with_capacity(band.arcs.len());
-    let mut counts: Vec<usize> = Vec::with_capacity(band.arcs.len());
-    for arc in &band.arcs {
-        let measure = Measure::new(arc, &band.surface, &size);
-        let wanted = *measure.density.last().expect("two points");
-        let fewest = if arc.is_closed() { FEWEST_ON_LOOP } else { 1 };
-        let mut count = (wanted.round() as usize).max(fewest);
-        let most = (2 * count).max(16);
-        let length = measure.length[measure.length.len() - 1];
-        let allowed = |count: usize| (CHORD_ERROR * diagonal).min(CHORD_SAG * length / count as f64);
-        while count < most && measure.chord_error(&measure.positions(count)) > allowed(count) {
-            count += 1;
-        }
-        ideal.push(wanted.max(count as f64 - 0.5));
-        counts.push(count);
-    }
-    make_borders_long_enough(band, &mut counts);
-    make_borders_even(band, &ideal, &mut counts, monitor)?;
-    let positions = band
+    let area = (0..band.surface.triangles.len()).map(|t| 0.5 * band.surface.area_normal(t).length()).sum::<f64>();
+    let bend_error = scale * (BEND_ERROR * diagonal).min(BEND_VOLUME * volume.abs() / area);
+    let size = size_field(inputs, band, diagonal, bend_error, scale);
+    let mut divisions: Vec<Division> = band
         .arcs
         .iter()
-        .zip(&counts)
-        .map(|(arc, &count)| Measure::new(arc, &band.surface, &size).positions(count))
+        .map(|arc| {
+            let sizes: Vec<f64> = arc.vertices.iter().map(|&v| size[v as usize]).collect();
+            let fewest = if arc.is_closed() { FEWEST_ON_LOOP } else { 1 };
+            Division::new(arc.points(&band.surface).collect(), &sizes, CHORD_ERROR * diagonal, fewest)
+        })
         .collect();
+    let ideal: Vec<f64> = divisions.iter().map(|d| d.wanted().max(d.count() as f64 - 0.5)).collect();
+    let mut counts: Vec<usize> = divisions.iter().map(Division::count).collect();
+    make_borders_long_enough(band, &mut counts);
+    make_borders_even(band, &ideal, &mut counts, monitor)?;
+    for (division, &count) in divisions.iter_mut().zip(&counts) {
+        while division.count() < count {
+            division.add_edge();
+        }
+    }
+    let positions = divisions.iter().map(Division::positions).collect();
     Ok(Plan { positions, size })
 }
 
-/// An arc with its length, and the number of edges it would hold, up to each of its vertices.
-struct Measure {
-    points: Vec<mesh::DVec3>,
-    length: Vec<f64>,
-    density: Vec<f64>,
-}
-
-impl Measure {
-    fn new(arc: &Arc, surface: &TriangleMesh, size: &[f64]) -> Self {
-        let points: Vec<_> = arc.points(surface).collect();
-        let (mut length, mut density) = (vec![0.0], vec![0.0]);
-        for k in 1..points.len() {
-            let step = points[k].distance(points[k - 1]);
-            let [a, b] = [k - 1, k].map(|k| size[arc.vertices[k] as usize]);
-            length.push(length[k - 1] + step);
-            density.push(density[k - 1] + step * 0.5 * (1.0 / a + 1.0 / b));
-        }
-        Self { points, length, density }
-    }
-
-    /// Arc-length parameters of the inner vertices of `count` edges, spread by density.
-    fn positions(&self, count: usize) -> Vec<f64> {
-        let (total, length) = (self.density[self.density.len() - 1], self.length[self.length.len() - 1]);
-        let mut k = 1;
-        (1..count)
-            .map(|i| {
-                let target = total * i as f64 / count as f64;
-                while k + 1 < self.density.len() && self.density[k] < target {
-                    k += 1;
-                }
-                let (d0, d1) = (self.density[k - 1], self.density[k]);
-                let part = if d1 > d0 { ((target - d0) / (d1 - d0)).clamp(0.0, 1.0) } else { 0.0 };
-                (self.length[k - 1] + part * (self.length[k] - self.length[k - 1])) / length
-            })
-            .collect()
-    }
-
-    /// Largest distance from a vertex of the arc to the chord that replaces it.
-    fn chord_error(&self, positions: &[f64]) -> f64 {
-        let length = self.length[self.length.len() - 1];
-        let at = |t: f64| {
-            let s = t * length;
-            let k = self.length.partition_point(|&l| l < s).clamp(1, self.length.len() - 1);
-            let (l0, l1) = (self.length[k - 1], self.length[k]);
-            let part = if l1 > l0 { (s - l0) / (l1 - l0) } else { 0.0 };
-            self.points[k - 1].lerp(self.points[k], part)
-        };
-        let mut worst = 0.0_f64;
-        let (mut from, mut k) = (0.0, 0);
-        for &to in positions.iter().chain(std::iter::once(&1.0)) {
-            let (p, q) = (at(from), at(to));
-            let along = (q - p).normalize_or_zero();
-            while k < self.points.len() && self.length[k] <= to * length {
-                let d = self.points[k] - p;
-                worst = worst.max((d - along * d.dot(along)).length());
-                k += 1;
-            }
-            from = to;
-        }
-        worst
-    }
-}
-
 /// Target edge length at each band vertex: given at the border (its own edges) and on the curve, spread between.
-fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, scale: f64) -> Vec<f64> {
+fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, bend_error: f64, scale: f64) -> Vec<f64> {
     let (surface, topology) = (&band.surface, &band.topology);
     let count = surface.positions.len();
     let at = |v: u32| surface.positions[v as usize];
@@ -232,7 +173,7 @@ fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, scale: f64) -
     for v in 0..count {
         size[v] = size[v].max(grown[v]);
     }
-    cap_at_bends(inputs, band, diagonal, &fixed, &mut size);
+    cap_at_bends(inputs, band, bend_error, scale, &fixed, &mut size);
     size
 }
 
@@ -256,7 +197,7 @@ fn grade(band: &Band, start: &[u32], fixed: &[bool], size: &mut [f64]) {
 
 /// Where the surface bends without a line, quads must be small to follow it: a chord of length h over a bend of angle a
 /// is off by h/4 tan(a/2). Smaller sizes then grade into their surroundings.
-fn cap_at_bends(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, fixed: &[bool], size: &mut [f64]) {
+fn cap_at_bends(inputs: &[Input<'_>; 2], band: &Band, bend_error: f64, scale: f64, fixed: &[bool], size: &mut [f64]) {
     let topology = &band.topology;
     let on_line: BTreeSet<[u32; 2]> =
         band.arcs.iter().flat_map(|arc| arc.vertices.windows(2).map(|w| sorted(w[0], w[1]))).collect();
@@ -271,9 +212,9 @@ fn cap_at_bends(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, fixed: &[bo
             continue;
         }
         let angle = normal(h).dot(normal(o)).clamp(-1.0, 1.0).acos();
-        let most = 4.0 * BEND_ERROR * diagonal / (0.5 * angle).tan().max(1e-9);
+        let most = 4.0 * bend_error / (0.5 * angle).tan().max(1e-9);
         for v in [a, b] {
-            let least = SMALLEST_CAP * size[v as usize];
+            let least = scale * SMALLEST_CAP * size[v as usize];
             if most < size[v as usize] && !fixed[v as usize] {
                 size[v as usize] = most.max(least);
                 bent.push(v);

@@ -5,7 +5,7 @@
 //! islands go (pruning), and vertices where it would be pinched are opened.
 
 use crate::intersect::{Cut, Input};
-use crate::{Cancelled, Options, Regroup, layout, regroup};
+use crate::{Cancelled, Options, Regroup, layout, plan, regroup};
 use mesh::{Monitor, NONE};
 use std::collections::BTreeMap;
 use surface::geodesic::distance_field;
@@ -42,8 +42,11 @@ pub fn retract(
                 .flat_map(|&t| cut.surface.triangles[t as usize])
                 .map(|v| field[v as usize])
                 .fold(f64::INFINITY, f64::min);
+            // Near small quads the curve has edges shorter than its mean.
+            let own = input.edge_length[q];
+            let unit = own.max(curve_edge.min(plan::LARGEST_STEP * own));
             // A quad that touches the curve has no room beside it, whatever the distance.
-            if nearest <= 0.0 || nearest < distance * input.edge_length[q].max(curve_edge) {
+            if nearest <= 0.0 || nearest < distance * unit {
                 kept[m][q] = false;
             }
         }

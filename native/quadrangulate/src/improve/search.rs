@@ -4,6 +4,7 @@ use super::ImproveOptions;
 use super::editable::Editable;
 use super::operators::Operator;
 use mesh::{Cancelled, DVec3, Monitor};
+use std::ops::Range;
 use surface::smooth::Constraint;
 use surface::smooth_star::{Goal, Reference, Star, Track, quad_quality};
 
@@ -25,6 +26,12 @@ const STRAIN_WEIGHT: f64 = 0.5;
 const DRIFT_DEPTH: usize = 2;
 /// Weight of the squared logarithm of a quad's area over the area wanted.
 const SIZE_WEIGHT: f64 = 0.1;
+
+/// Sweeps of smoothing after a change, and those after which it is looked at first.
+const SWEEPS: usize = 6;
+const FIRST_SWEEPS: usize = 2;
+/// A change whose cost has grown by more than this after the first sweeps is not worth the others.
+const HOPELESS: f64 = 1.0;
 
 struct Plan {
     gain: i32,
@@ -181,15 +188,22 @@ impl<'a> Search<'a> {
         let known: Vec<u32> = region.iter().copied().filter(|&v| (v as usize) < self.mesh.positions.len()).collect();
         let (badness_before, worst_before) = self.judge(&known);
         let saved: Vec<DVec3> = known.iter().map(|&v| self.mesh.positions[v as usize]).collect();
+        let saved_normals: Vec<(u32, DVec3)> =
+            self.quads_at(&known).into_iter().map(|q| (q, self.normals[q as usize])).collect();
 
         // The same operators on the same mesh: they apply again.
         for &operator in &plan.operators {
             self.mesh.apply(operator);
         }
         self.extend_normals();
-        self.relax(&region);
+        let gain = f64::from(plan.gain) - badness_before;
+        self.relax(&region, 0..FIRST_SWEEPS);
+        let is_hopeless = gain + self.judge(&region).0 > HOPELESS;
+        if !is_hopeless {
+            self.relax(&region, FIRST_SWEEPS..SWEEPS);
+        }
         let (badness, worst) = self.judge(&region);
-        if f64::from(plan.gain) + badness - badness_before < -0.05 && worst >= worst_before.min(self.options.floor) {
+        if !is_hopeless && gain + badness < -0.05 && worst >= worst_before.min(self.options.floor) {
             self.changes += 1;
             self.clock += 1;
             self.cost.resize(self.mesh.positions.len(), 0);
@@ -205,8 +219,8 @@ impl<'a> Search<'a> {
         for (&v, position) in known.iter().zip(saved) {
             self.mesh.positions[v as usize] = position;
         }
-        for q in self.quads_at(&known) {
-            self.refresh_normal(q);
+        for (q, normal) in saved_normals {
+            self.normals[q as usize] = normal;
         }
         false
     }
@@ -268,10 +282,10 @@ impl<'a> Search<'a> {
     }
 
     /// Smooths the free vertices among the given ones: shape first, then the worst quads.
-    fn relax(&mut self, vertices: &[u32]) {
+    fn relax(&mut self, vertices: &[u32], sweeps: Range<usize>) {
         let mut star = Star::default();
         let mut steps = vec![0.15; vertices.len()];
-        for sweep in 0..6 {
+        for sweep in sweeps {
             let goal = if sweep < 4 { Goal::Shape } else { Goal::Worst };
             for (&v, step) in vertices.iter().zip(&mut steps) {
                 // Chain vertices slide when the whole patch is smoothed.
@@ -292,11 +306,6 @@ impl<'a> Search<'a> {
                 let track = Track::Surface(self.surfaces[self.mesh.surface_of[quad as usize] as usize]);
                 if let Some((place, _)) = star.relax(self.mesh.positions[v as usize], &track, goal, step) {
                     self.mesh.positions[v as usize] = place;
-                }
-            }
-            if sweep == 1 {
-                for q in self.quads_at(vertices) {
-                    self.refresh_normal(q);
                 }
             }
         }
