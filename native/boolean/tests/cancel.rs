@@ -107,7 +107,7 @@ fn a_cancel_is_answered_at_every_stage() {
 #[test]
 #[ignore = "takes minutes"]
 fn a_cancel_is_answered_at_any_moment() {
-    for (a, b) in [("makehuman_body", "makehuman_body"), ("blub_quad", "blub_quad"), ("quadknot", "makehuman_body")] {
+    for (a, b) in [("makehuman_body", "makehuman_body"), ("blub_quad", "blub_quad"), ("spot_quad", "makehuman_body")] {
         println!("{a} and {b}");
         check(&Pair::new(a, b, 0.8), 40);
     }

@@ -108,22 +108,6 @@ fn quads_beyond_the_retraction_distance_are_kept_and_a_wider_one_keeps_fewer() {
 }
 
 #[test]
-fn the_same_input_gives_the_same_bytes_on_any_number_of_threads() {
-    let a = shapes::torus(1.0, 0.4, 24, 12);
-    let b = random::placement(&a, &shapes::sphere(6), 5);
-    let with_threads = |n| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("a pool");
-        pool.install(|| run(&a, &b, Operation::Union, &Options::default()).expect("a result"))
-    };
-    let first = with_threads(1);
-    for output in (0..3).map(|_| with_threads(2)) {
-        assert_eq!(first.mesh, output.mesh);
-        assert_eq!(first.face_source, output.face_source);
-        assert_eq!(first.corner_source, output.corner_source);
-    }
-}
-
-#[test]
 fn a_flawless_result_has_no_self_intersection() {
     let a = shapes::sphere(8);
     let b = shapes::transformed(&a, glam::DMat3::IDENTITY, DVec3::new(0.9, 0.2, 0.1));
