@@ -8,6 +8,8 @@ mod judge;
 mod matching;
 mod patches;
 mod rings;
+#[cfg(test)]
+mod test_region;
 
 use crate::band::Band;
 use crate::intersect::{Input, Source};

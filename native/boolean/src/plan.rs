@@ -305,3 +305,7 @@ fn make_borders_even(band: &Band, ideal: &[f64], counts: &mut [usize], monitor: 
     }
     Ok(())
 }
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;

@@ -177,8 +177,11 @@ pub fn validate(
         .collect();
     pairs.dedup();
     verdict.intersecting = pairs;
-    if !new.is_empty() {
-        verdict.distance = distance(&triangles, &subset, band, monitor)? / diagonal;
+    // Pieces of split quads lie in the kept surface, not in the band.
+    let filled: Vec<u32> =
+        subset.into_iter().filter(|&t| stitched.face_region[face_of[t as usize] as usize] != NONE).collect();
+    if !filled.is_empty() {
+        verdict.distance = distance(&triangles, &filled, band, monitor)? / diagonal;
     }
     let exact = volume(&cut.surface);
     verdict.volume_error = (volume(&triangles) - exact).abs() / exact.abs().max(1e-300);
@@ -206,3 +209,7 @@ fn distance(triangles: &TriangleMesh, new: &[u32], band: &Band, monitor: &Monito
     }
     Ok(worst)
 }
+
+#[cfg(test)]
+#[path = "validate_tests.rs"]
+mod tests;

@@ -298,3 +298,7 @@ impl Disk {
         self.mesh.triangles.iter().all(upright).then_some(uv)
     }
 }
+
+#[cfg(test)]
+#[path = "patches_tests.rs"]
+mod tests;
