@@ -15,24 +15,9 @@ use crate::unique_edges::make_edges_unique;
 use crate::validate::{Verdict, validate};
 use crate::{BooleanError, Elements, Filler, Operation, Options, Output, RegionReport, Report, inspect};
 use mesh::{DVec3, Monitor, PolygonMesh};
+use solve::components::connected_components;
 use std::collections::BTreeMap;
 use std::time::Instant;
-
-/// Number of connected curves among edges.
-fn curves(edges: &[[u32; 2]]) -> usize {
-    let mut parent: BTreeMap<u32, u32> = edges.iter().flatten().map(|&v| (v, v)).collect();
-    let find = |parent: &BTreeMap<u32, u32>, mut v: u32| {
-        while parent[&v] != v {
-            v = parent[&v];
-        }
-        v
-    };
-    for &[a, b] in edges {
-        let (a, b) = (find(&parent, a), find(&parent, b));
-        parent.insert(a.max(b), a.min(b));
-    }
-    parent.iter().filter(|(v, root)| v == root).count()
-}
 
 /// What is varied when validation fails: edge length on the lines and in the band, width of the band, filler.
 #[derive(Debug, Clone, Copy)]
@@ -272,6 +257,9 @@ impl Job<'_> {
         if faces_kept == 0 {
             warnings.push("no quad of either input lies beyond the cut: everything was remade".to_owned());
         }
+        let ends = done.lines.iter().map(|&[a, b]| (a, b));
+        // A vertex off the lines is a component by itself.
+        let curves = connected_components(mesh.vertex_count(), ends).iter().filter(|c| c.len() > 1).count();
         let report = Report {
             faces_kept,
             faces_new: mesh.face_count() - faces_kept,
@@ -280,7 +268,7 @@ impl Job<'_> {
             scaled_jacobian_min: done.verdict.jacobian_min,
             scaled_jacobian_mean: done.verdict.jacobian_mean,
             regions: done.regions,
-            curves: curves(&done.lines),
+            curves,
             quads_whole: self.cut.whole.iter().flatten().flatten().count(),
             retries: self.retries,
             warnings,

@@ -42,17 +42,17 @@ pub fn resample(
         .zip(&plan.positions)
         .map(|(arc, positions)| Chain { vertices: arc.vertices.clone(), positions: positions.clone() })
         .collect();
-    let done = resample_chains(&band.surface, &chains, &[], monitor).map_err(|error| match monitor.check() {
-        Err(cancelled) => cancelled.into(),
-        Ok(()) => {
-            let line: BTreeSet<u32> =
-                error.chain().map_or_else(BTreeSet::new, |k| band.arcs[k].vertices.iter().copied().collect());
-            let touches = |t: usize| band.surface.triangles[t].iter().any(|v| line.contains(v));
-            BooleanError::Infeasible {
-                code: "line",
-                sentence: format!("a line along the cut could not be divided ({error})"),
-                elements: band.input_faces(inputs, touches),
-            }
+    let done = resample_chains(&band.surface, &chains, &[], monitor).map_err(|error| {
+        if let Err(cancelled) = monitor.check() {
+            return cancelled.into();
+        }
+        let line: BTreeSet<u32> =
+            error.chain().map_or_else(BTreeSet::new, |k| band.arcs[k].vertices.iter().copied().collect());
+        let touches = |t: usize| band.surface.triangles[t].iter().any(|v| line.contains(v));
+        BooleanError::Infeasible {
+            code: "line",
+            sentence: format!("a line along the cut could not be divided ({error})"),
+            elements: band.input_faces(inputs, touches),
         }
     })?;
     let mut border_vertex = vec![None; done.mesh.positions.len()];

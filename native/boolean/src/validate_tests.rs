@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::Operation;
+use crate::polychord::Strips;
 use crate::test_setting::TestSetting;
 use mesh::NONE;
 use std::collections::BTreeMap;
@@ -28,7 +29,7 @@ fn verdict(change: impl FnOnce(&mut Vec<DVec3>, &mut Vec<[u32; 4]>)) -> Verdict 
     // All of the surface is band.
     setting.kept = setting.kept.map(|kept| vec![false; kept.len()]);
     let options = crate::Options::default();
-    let band = crate::band::extract(&setting.inputs, &setting.cut, &setting.kept, &Default::default(), &options);
+    let band = crate::band::extract(&setting.inputs, &setting.cut, &setting.kept, &Strips::default(), &options);
     let both = shapes::joined(&[a.clone(), b.clone()]);
     let mut positions = both.positions.clone();
     let mut faces: Vec<[u32; 4]> = both.faces().map(|f| [f[0], f[1], f[2], f[3]]).collect();

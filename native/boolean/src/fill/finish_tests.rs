@@ -19,12 +19,13 @@ fn grid() -> (Region, Fill) {
     let rim = &region.surface.positions[..region.rim_count];
     let vertices: Vec<u32> = (0..=HEIGHT)
         .flat_map(|y| (0..=WIDTH).map(move |x| DVec3::new(x as f64, y as f64, 0.0)))
-        .map(|p| match rim.iter().position(|r| r.distance(p) < 1e-9) {
-            Some(v) => v as u32,
-            None => {
+        .map(|p| {
+            let on_rim = rim.iter().position(|r| r.distance(p) < 1e-9);
+            let number = on_rim.unwrap_or(rim.len() + fill.positions.len());
+            if on_rim.is_none() {
                 fill.positions.push(p);
-                (rim.len() + fill.positions.len() - 1) as u32
             }
+            number as u32
         })
         .collect();
     for (x, y) in (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))) {
