@@ -4,6 +4,7 @@
 //! vertices, so that whatever fills one region fits its neighbours by vertex index.
 
 mod finish;
+mod flat_corners;
 mod judge;
 mod matching;
 mod patches;
@@ -349,7 +350,10 @@ fn fill_with(region: &Region, kind: Filler, shrink: f64, alpha: f64, monitor: &M
         Filler::Matching | Filler::Auto => matching::fill(region, shrink, monitor),
     }?;
     region.verify(&raw).map_err(|fault| Declined::Because(format!("before finishing, {fault}")))?;
-    let fill = finish::finish(region, &raw, monitor)?;
+    let mut fill = finish::finish(region, &raw, monitor)?;
+    if flat_corners::open(region, &mut fill) {
+        fill = finish::smooth(region, &fill, monitor)?;
+    }
     region.verify(&fill).map_err(Declined::Because)?;
     Ok(fill)
 }
