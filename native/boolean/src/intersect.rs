@@ -8,7 +8,7 @@ use crate::{BooleanError, Operation};
 use manifold_rust::cancel::CancelToken;
 use manifold_rust::manifold::Manifold;
 use manifold_rust::types::{BooleanEngine, Error, MeshGLP, OpType};
-use mesh::{Monitor, NONE, PolygonMesh, Topology, TriangleMesh};
+use mesh::{Cancelled, Monitor, NONE, PolygonMesh, Topology, TriangleMesh};
 
 /// One input, triangulated.
 #[derive(Debug)]
@@ -140,10 +140,10 @@ pub fn intersect(inputs: &[Input<'_>; 2], operation: Operation, monitor: &Monito
             Operation::Difference => "A lies wholly inside B, so nothing of it is left; move B or swap the two",
         }));
     }
-    Ok(read(&out, inputs, id))
+    Ok(read(&out, inputs, id, monitor)?)
 }
 
-fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32) -> Cut {
+fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32, monitor: &Monitor) -> Result<Cut, Cancelled> {
     let mut source = Vec::with_capacity(out.num_tri());
     for (run, &id) in out.run_original_id.iter().enumerate() {
         let mesh = u8::from(id != first_id);
@@ -169,6 +169,7 @@ fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32) -> Cut 
         out.tri_verts.chunks_exact(3).map(|t| [root(t[0]), root(t[1]), root(t[2])]).collect();
     let triangles = compact(&mut positions, triangles);
 
+    monitor.check()?;
     // A source that appears once, on its own three corners, is an uncut triangle.
     let mut count = [0, 1].map(|m: usize| vec![0_u32; inputs[m].triangles.triangles.len()]);
     for s in &source {
@@ -199,8 +200,9 @@ fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32) -> Cut 
             }
         }
     }
+    monitor.check()?;
     let topology = Topology::new(positions.len(), &triangles);
-    Cut { surface: TriangleMesh { positions, triangles }, topology, source, input_vertex, whole }
+    Ok(Cut { surface: TriangleMesh { positions, triangles }, topology, source, input_vertex, whole })
 }
 
 /// Drops unused vertices, keeping order.

@@ -59,7 +59,9 @@ pub fn boolean(
     clock.lap("check");
     let [a, b] = &[a, b].map(|mesh| at_unit_size(mesh, unit));
     let options = &Options { blend_radius: unit * options.blend_radius, ..options.clone() };
-    let inputs = [Input::new(a), Input::new(b)];
+    let first = Input::new(a);
+    monitor.check()?;
+    let inputs = [first, Input::new(b)];
     clock.lap("triangulate");
     monitor.stage("intersect", 0.1)?;
     let cut = intersect(&inputs, operation, monitor)?;
