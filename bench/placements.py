@@ -32,20 +32,7 @@ import numpy as np  # noqa: E402
 import quadloom  # noqa: E402
 
 MESHES = ROOT / "blend_fixtures" / "meshes"
-# Not bob_control, which intersects itself: it has to be refused.
-NAMES = (
-    "blub_quad",
-    "cubespikes",
-    "lagrange_cube_edge_sharp",
-    "makehuman_body",
-    "makehuman_left_eye",
-    "makehuman_tongue",
-    "osd_righthanded",
-    "osd_toroidal_tet",
-    "osd_torus",
-    "quadknot",
-    "spot_quad",
-)
+NAMES = tuple(sorted((MESHES.parent / "placements.txt").read_text().split()))
 Operation = Literal["union", "intersection", "difference"]
 Filler = Literal["auto", "patches", "rings", "matching"]
 OPERATIONS: tuple[Operation, ...] = get_args(Operation)

@@ -17,7 +17,7 @@ DEFECTS = (
     ("nonmanifold_edges", "Non-Manifold Edges", "Edges of three faces or more", "edges"),
     ("nonmanifold_verts", "Non-Manifold Vertices", "Vertices where surfaces touch in one point", "verts"),
     ("misoriented_edges", "Flipped Neighbors", "Edges whose two faces point to opposite sides", "edges"),
-    ("inside_out_components", "Inside Out", "Closed parts whose faces point inwards", "faces"),
+    ("inside_out_components", "Inside Out", "Closed parts that face inwards, or outwards inside another part", "faces"),
     ("self_intersecting_faces", "Self-Intersections", "Faces that cut through other faces", "faces"),
     ("degenerate_faces", "Degenerate Faces", "Faces that use a vertex twice", "faces"),
     ("zero_area_faces", "Zero-Area Faces", "Faces whose corners lie on one line", "faces"),

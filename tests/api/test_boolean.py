@@ -147,28 +147,27 @@ def test_an_option_out_of_range_is_named(pair, option, says):
 
 @pytest.mark.parametrize("position", [0, 1])
 @pytest.mark.parametrize(
-    ("name", "kind"),
+    ("name", "code", "kind", "count"),
     [
-        ("reject/osd_helmet_open", "edges"),
-        ("reject/spot_control_mixed", "faces"),
-        ("reject/nonmanifold_edge", "edges"),
-        ("reject/nonmanifold_vertex", None),
-        ("reject/nonoriented_edge", None),
-        ("reject/cube_soup", None),
-        ("reject/torus3_misoriented", None),
-        ("bob_control", "faces"),
+        ("reject/osd_helmet_open", "open", "edges", 26),
+        ("reject/spot_control_mixed", "not_quads", "faces", 20),
+        ("reject/nonmanifold_edge", "non_manifold", "edges", 1),
+        ("reject/nonmanifold_vertex", "open", "edges", 8),
+        ("reject/nonoriented_edge", "open", "edges", 6),
+        ("reject/cube_soup", "not_quads", "faces", 12),
+        ("reject/osd_nonmanifold_quadpole", "degenerate", "faces", 64),
+        ("bob_control", "self_intersecting", "faces", 6),
     ],
 )
-def test_a_bad_input_is_refused_with_its_elements(pair, name, kind, position):
+def test_a_bad_file_is_refused_with_its_elements(pair, name, code, kind, count, position):
     meshes = list(pair)
     meshes[position] = shipped(name)
     with pytest.raises(quadloom.InvalidMeshError) as caught:
         quadloom.boolean(*meshes)
-    assert caught.value.mesh == position
-    assert str(caught.value).startswith("AB"[position])
-    assert any(len(index) for index in caught.value.elements.values())
-    if kind:
-        assert len(caught.value.elements[kind])
+    error = caught.value
+    assert (error.code, error.mesh, list(error.elements)) == (code, position, [kind])
+    assert len(error.elements[kind]) == count
+    assert str(error).startswith("AB"[position])
 
 
 def test_an_empty_result_is_a_message(pair):

@@ -8,21 +8,7 @@ use boolean::{BooleanError, Filler, Operation, Options, boolean};
 use mesh::{Monitor, PolygonMesh};
 use std::path::PathBuf;
 use std::time::Instant;
-use testkit::{fixture, obj, random};
-
-const MESHES: [&str; 11] = [
-    "spot_quad",
-    "blub_quad",
-    "makehuman_body",
-    "makehuman_tongue",
-    "makehuman_left_eye",
-    "quadknot",
-    "osd_torus",
-    "osd_toroidal_tet",
-    "osd_righthanded",
-    "lagrange_cube_edge_sharp",
-    "cubespikes",
-];
+use testkit::{fixture, obj, placement_fixtures, random};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -40,18 +26,19 @@ fn main() {
         Some("matching") => Filler::Matching,
         Some(other) => panic!("no filler is called {other}"),
     };
-    let meshes: Vec<PolygonMesh> = MESHES.iter().map(|name| fixture(name)).collect();
+    let names = placement_fixtures();
+    let meshes: Vec<PolygonMesh> = names.iter().map(|name| fixture(name)).collect();
     let options = Options { filler, ..Options::default() };
     let (mut good, mut empty) = (0, 0);
     for seed in first..first + count {
         let mut random = random::Random::new(seed);
-        let [a, b] = [random.index(MESHES.len()), random.index(MESHES.len())];
+        let [a, b] = [random.index(names.len()), random.index(names.len())];
         let operation = [Operation::Union, Operation::Intersection, Operation::Difference][random.index(3)];
         let placed = random::placement(&meshes[a], &meshes[b], seed);
         let start = Instant::now();
         let result = boolean(&meshes[a], &placed, operation, &options, &Monitor::new());
         let seconds = start.elapsed().as_secs_f64();
-        let title = format!("{seed:4} {} {} {operation:?}", MESHES[a], MESHES[b]);
+        let title = format!("{seed:4} {} {} {operation:?}", names[a], names[b]);
         let (failed, line) = match &result {
             Ok(output) => {
                 let r = &output.report;

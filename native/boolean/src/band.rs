@@ -3,10 +3,10 @@
 //!
 //! Deviation: the paper has no features (its limitation, 6.1). Here the curve and every crease are lines of the layout.
 
-use crate::Options;
 use crate::intersect::{Cut, Input, Source};
 use crate::polychord::Strips;
 use crate::retract::Kept;
+use crate::{Elements, Options};
 use mesh::{DVec3, NONE, Topology, TriangleMesh, face_normal, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,6 +30,26 @@ pub struct Band {
     pub region: Vec<u32>,
     /// Number of regions.
     pub region_count: usize,
+}
+
+impl Band {
+    /// The input faces that some triangles of the band lie on: `"faces"` of A and of B.
+    pub fn input_faces(&self, inputs: &[Input<'_>; 2], wanted: impl Fn(usize) -> bool) -> [Elements; 2] {
+        let mut faces = [vec![], vec![]];
+        for s in (0..self.source.len()).filter(|&t| wanted(t)).map(|t| self.source[t]) {
+            faces[s.mesh as usize].push(inputs[s.mesh as usize].quad_of[s.triangle as usize]);
+        }
+        faces.map(|mut list| {
+            list.sort_unstable();
+            list.dedup();
+            if list.is_empty() { Elements::new() } else { Elements::from([("faces", list)]) }
+        })
+    }
+
+    /// The input faces under some regions.
+    pub fn faces_under(&self, inputs: &[Input<'_>; 2], regions: &[u32]) -> [Elements; 2] {
+        self.input_faces(inputs, |t| regions.contains(&self.region[t]))
+    }
 }
 
 /// A line of the network, from node to node.

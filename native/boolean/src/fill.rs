@@ -9,6 +9,8 @@ mod judge;
 mod matching;
 mod patches;
 mod rings;
+#[cfg(test)]
+mod test_region;
 
 use crate::band::Band;
 use crate::intersect::{Input, Source};
@@ -133,6 +135,15 @@ pub enum Declined {
     Cancelled(#[from] Cancelled),
 }
 
+/// Regions that no filler could take.
+#[derive(Debug)]
+pub struct Unfilled {
+    /// Their indices, ascending.
+    pub regions: Vec<u32>,
+    /// Why the first of them has no answer.
+    pub reason: Declined,
+}
+
 impl Region {
     /// Cuts the region that consists of some triangles out of the resampled band.
     pub fn cut_out(band: &DividedBand<'_>, triangles: &[u32], under: Under) -> Self {
@@ -254,19 +265,20 @@ const MOST_REFINED: usize = 1500;
 /// parallel; the result does not depend on the order.
 ///
 /// # Errors
-/// [`Declined`] when a region gets no valid fill.
+/// [`Unfilled`] when regions get no valid fill, with the reason of the first.
 pub fn fill_all(
     regions: &[Region],
     filler: Filler,
     alpha: f64,
     diagonal: f64,
     monitor: &Monitor,
-) -> Result<(Vec<Fill>, Vec<RegionReport>), Declined> {
-    let filled: Vec<(Fill, RegionReport)> = regions
-        .par_iter()
-        .map(|region| fill_region(region, filler, alpha, diagonal, monitor))
-        .collect::<Result<_, _>>()?;
-    Ok(filled.into_iter().unzip())
+) -> Result<(Vec<Fill>, Vec<RegionReport>), Unfilled> {
+    // All are waited for: which one fails first would depend on the threads.
+    let filled: Vec<Result<(Fill, RegionReport), Declined>> =
+        regions.par_iter().map(|region| fill_region(region, filler, alpha, diagonal, monitor)).collect();
+    let failed: Vec<u32> = (0..regions.len() as u32).filter(|&r| filled[r as usize].is_err()).collect();
+    let filled: Result<Vec<(Fill, RegionReport)>, Declined> = filled.into_iter().collect();
+    filled.map(|filled| filled.into_iter().unzip()).map_err(|reason| Unfilled { regions: failed, reason })
 }
 
 fn fill_region(

@@ -2,12 +2,9 @@
 //! anything else what is wrong and where.
 
 use crate::{BooleanError, Elements, Options};
-use mesh::{Defects, Monitor, PolygonMesh, check};
+use mesh::{Aabb, Defects, Monitor, PolygonMesh, check};
 
-/// Coordinates beyond this overflow when lengths are squared, scene units.
-const LARGEST_COORDINATE: f64 = 1e100;
-
-/// A mesh smaller than this part of its distance from the origin has too few floating-point steps across it.
+/// A mesh smaller than this part of the largest coordinate has too few floating-point steps across it.
 const SMALLEST_PART: f64 = 1e-9;
 
 impl Options {
@@ -35,20 +32,19 @@ impl Options {
     }
 }
 
-/// Checks input `input` (0 for A, 1 for B).
+/// Checks input `input` (0 for A, 1 for B). `unit` brings the largest coordinate of both inputs to about 1.
 ///
 /// # Errors
-/// [`BooleanError::Invalid`] for the first of: empty, non-finite or huge coordinates, faces that are not quads,
-/// degenerate, duplicate or zero-area faces, open or non-manifold or misoriented edges, non-manifold vertices,
-/// inside-out components, self-intersections. [`BooleanError::Cancelled`].
-pub fn inspect(mesh: &PolygonMesh, input: usize, monitor: &Monitor) -> Result<(), BooleanError> {
+/// [`BooleanError::Invalid`] for the first of: empty, non-finite coordinates, too small beside its coordinates or the other
+/// input's, faces that are not quads, degenerate or duplicate faces, non-manifold, open or misoriented edges, non-manifold
+/// vertices, zero-area faces, inside-out components, self-intersections. [`BooleanError::Cancelled`].
+pub fn inspect(mesh: &PolygonMesh, input: usize, unit: f64, monitor: &Monitor) -> Result<(), BooleanError> {
     let refuse = |code, sentence: String, kind: &'static str, elements: Vec<u32>| {
         Err(BooleanError::Invalid { input, code, sentence, elements: Elements::from([(kind, elements)]) })
     };
     if mesh.face_count() == 0 {
         return refuse("empty", "has no faces; choose an object with a closed quad surface".into(), "faces", vec![]);
     }
-    let largest = mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let defects = check(mesh, monitor)?;
     let Defects { nonfinite_verts, triangles, ngons, .. } = &defects;
     if !nonfinite_verts.is_empty() {
@@ -58,19 +54,11 @@ pub fn inspect(mesh: &PolygonMesh, input: usize, monitor: &Monitor) -> Result<()
         );
         return refuse("not_finite", sentence, "verts", nonfinite_verts.clone());
     }
-    if largest > LARGEST_COORDINATE {
-        let far = (0..mesh.vertex_count() as u32)
-            .filter(|&v| mesh.positions[v as usize].abs().max_element() > LARGEST_COORDINATE);
-        return refuse(
-            "too_large",
-            format!("has coordinates beyond {LARGEST_COORDINATE:e}; scale it down"),
-            "verts",
-            far.collect(),
-        );
-    }
-    if mesh.diagonal() <= SMALLEST_PART * largest {
+    let corners = mesh.corner_verts().iter().map(|&v| unit * mesh.positions[v as usize]);
+    if Aabb::of(corners).diagonal() <= SMALLEST_PART {
         let all = (0..mesh.vertex_count() as u32).collect();
-        return refuse("too_small", "is too small for its distance from the origin to tell its vertices apart; move both objects near the origin".into(), "verts", all);
+        let sentence = "is too small to tell its vertices apart, so far from the origin or beside so large an object; move both objects to the origin or scale it up";
+        return refuse("too_small", sentence.into(), "verts", all);
     }
     let faces = |n| count(n, "face", "faces");
     let edges = |n| count(n, "edge", "edges");
@@ -137,7 +125,10 @@ pub fn inspect(mesh: &PolygonMesh, input: usize, monitor: &Monitor) -> Result<()
         let inside_out = defects.inside_out_components.concat();
         return refuse(
             "inside_out",
-            format!("is inside out ({}); flip the normals", faces(inside_out.len())),
+            format!(
+                "has {} that face the wrong way; flip their normals, or delete them where they lie inside another part",
+                faces(inside_out.len())
+            ),
             "faces",
             inside_out,
         );

@@ -8,9 +8,7 @@ use crate::{BooleanError, Operation};
 use manifold_rust::cancel::CancelToken;
 use manifold_rust::manifold::Manifold;
 use manifold_rust::types::{BooleanEngine, Error, MeshGLP, OpType};
-use mesh::{Monitor, NONE, PolygonMesh, Topology, TriangleMesh};
-use std::collections::BTreeMap;
-use std::time::Duration;
+use mesh::{Cancelled, Monitor, NONE, PolygonMesh, Topology, TriangleMesh};
 
 /// One input, triangulated.
 #[derive(Debug)]
@@ -73,8 +71,8 @@ impl Cut {
     }
 }
 
-fn import(input: &TriangleMesh, id: u32) -> Result<Manifold, BooleanError> {
-    let mesh = MeshGLP::<f64, u32> {
+fn export(input: &TriangleMesh, id: u32) -> MeshGLP<f64, u32> {
+    MeshGLP {
         num_prop: 3,
         vert_properties: input.positions.iter().flat_map(glam::DVec3::to_array).collect(),
         tri_verts: input.triangles.as_flattened().to_vec(),
@@ -83,12 +81,25 @@ fn import(input: &TriangleMesh, id: u32) -> Result<Manifold, BooleanError> {
         // One identifier a triangle: the boolean then never merges two input triangles, even coplanar ones.
         face_id: (0..input.triangles.len() as u32).collect(),
         ..Default::default()
-    };
-    let solid = Manifold::from_mesh_glp(&mesh);
-    match solid.status() {
-        Error::NoError => Ok(solid),
-        error => Err(BooleanError::Intersect(format!("{error:?}"))),
     }
+}
+
+/// The boolean of two triangle meshes by manifold-rust, or what it has against them.
+fn solid_boolean(
+    meshes: &[MeshGLP<f64, u32>; 2],
+    kind: OpType,
+    token: &CancelToken,
+) -> Result<MeshGLP<f64, u32>, Error> {
+    let sound = |solid: Manifold| match solid.status() {
+        Error::NoError => Ok(solid),
+        error => Err(error),
+    };
+    // Its check of an import is lost in later operations.
+    let a = sound(Manifold::from_mesh_glp(&meshes[0]))?;
+    let b = sound(Manifold::from_mesh_glp(&meshes[1]))?;
+    // The check has refused inputs that intersect themselves, the only ones that need the robust engine.
+    let result = sound(a.boolean_with_engine_and_token(&b, kind, BooleanEngine::Exact, Some(token)))?;
+    Ok(result.get_mesh_glp(-1))
 }
 
 /// Runs the exact boolean. Costs O(n log n) in the triangles near the cut plus a scan of both inputs.
@@ -98,51 +109,41 @@ fn import(input: &TriangleMesh, id: u32) -> Result<Manifold, BooleanError> {
 /// [`BooleanError::Cancelled`].
 pub fn intersect(inputs: &[Input<'_>; 2], operation: Operation, monitor: &Monitor) -> Result<Cut, BooleanError> {
     let id = Manifold::reserve_ids(2);
-    let a = import(&inputs[0].triangles, id)?;
-    let b = import(&inputs[1].triangles, id + 1)?;
+    let meshes = [export(&inputs[0].triangles, id), export(&inputs[1].triangles, id + 1)];
     let kind = match operation {
         Operation::Union => OpType::Add,
         Operation::Intersection => OpType::Intersect,
         Operation::Difference => OpType::Subtract,
     };
-    // The check has refused inputs that intersect themselves, the only ones that need the robust engine.
-    let result =
-        cancellable(monitor, |token| a.boolean_with_engine_and_token(&b, kind, BooleanEngine::Exact, Some(token)));
+    // Import and export cannot be interrupted, and the boolean looks at its token between long steps only: a cancelled
+    // job is left behind and ends at the next such look.
+    let token = CancelToken::new();
+    let own_token = token.clone();
+    let cancelled = || {
+        let cancelled = monitor.is_cancelled();
+        if cancelled {
+            token.cancel();
+        }
+        cancelled
+    };
+    let done = solve::worker::run("manifold", &cancelled, move || solid_boolean(&meshes, kind, &own_token));
     monitor.check()?;
-    if result.status() != Error::NoError {
-        return Err(BooleanError::Intersect(format!("{:?}", result.status())));
-    }
-    if result.num_tri() == 0 {
+    let out = match done {
+        Ok(Ok(out)) => out,
+        Ok(Err(error)) => return Err(BooleanError::Intersect(format!("{error:?}"))),
+        Err(error) => return Err(BooleanError::Intersect(error.to_string())),
+    };
+    if out.num_tri() == 0 {
         return Err(BooleanError::Empty(match operation {
             Operation::Union => "the union is empty: both objects enclose no volume",
             Operation::Intersection => "the objects do not overlap, so their intersection is empty; move them closer",
             Operation::Difference => "A lies wholly inside B, so nothing of it is left; move B or swap the two",
         }));
     }
-    Ok(read(&result.get_mesh_glp(-1), inputs, id))
+    Ok(read(&out, inputs, id, monitor)?)
 }
 
-/// Runs `work` while a watcher turns the monitor's cancellation into the boolean's own token.
-fn cancellable<T: Send>(monitor: &Monitor, work: impl FnOnce(&CancelToken) -> T + Send) -> T {
-    let token = CancelToken::new();
-    let done = std::sync::atomic::AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        let watcher = scope.spawn(|| {
-            while !done.load(std::sync::atomic::Ordering::Relaxed) {
-                if monitor.is_cancelled() {
-                    token.cancel();
-                }
-                std::thread::park_timeout(Duration::from_millis(20));
-            }
-        });
-        let result = work(&token);
-        done.store(true, std::sync::atomic::Ordering::Relaxed);
-        watcher.thread().unpark();
-        result
-    })
-}
-
-fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32) -> Cut {
+fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32, monitor: &Monitor) -> Result<Cut, Cancelled> {
     let mut source = Vec::with_capacity(out.num_tri());
     for (run, &id) in out.run_original_id.iter().enumerate() {
         let mesh = u8::from(id != first_id);
@@ -168,10 +169,11 @@ fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32) -> Cut 
         out.tri_verts.chunks_exact(3).map(|t| [root(t[0]), root(t[1]), root(t[2])]).collect();
     let triangles = compact(&mut positions, triangles);
 
+    monitor.check()?;
     // A source that appears once, on its own three corners, is an uncut triangle.
-    let mut count: BTreeMap<Source, u32> = BTreeMap::new();
-    for &s in &source {
-        *count.entry(s).or_default() += 1;
+    let mut count = [0, 1].map(|m: usize| vec![0_u32; inputs[m].triangles.triangles.len()]);
+    for s in &source {
+        count[s.mesh as usize][s.triangle as usize] += 1;
     }
     let mut input_vertex = vec![None; positions.len()];
     let mut whole: [Vec<Option<[u32; 2]>>; 2] = std::array::from_fn(|m| vec![None; inputs[m].quads.face_count()]);
@@ -188,7 +190,7 @@ fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32) -> Cut 
                 matched += 1;
             }
         }
-        if matched == 3 && count[s] == 1 {
+        if matched == 3 && count[s.mesh as usize][s.triangle as usize] == 1 {
             let quad = input.quad_of[s.triangle as usize] as usize;
             let first = &mut half[s.mesh as usize][quad];
             if *first == NONE {
@@ -198,8 +200,9 @@ fn read(out: &MeshGLP<f64, u32>, inputs: &[Input<'_>; 2], first_id: u32) -> Cut 
             }
         }
     }
+    monitor.check()?;
     let topology = Topology::new(positions.len(), &triangles);
-    Cut { surface: TriangleMesh { positions, triangles }, topology, source, input_vertex, whole }
+    Ok(Cut { surface: TriangleMesh { positions, triangles }, topology, source, input_vertex, whole })
 }
 
 /// Drops unused vertices, keeping order.

@@ -21,6 +21,8 @@ mod regroup;
 mod resample;
 mod retract;
 mod stitch;
+#[cfg(test)]
+mod test_setting;
 mod unique_edges;
 mod validate;
 

@@ -4,7 +4,7 @@
 use crate::attributes::corner_sources;
 use crate::band;
 use crate::blend::blend;
-use crate::fill::{self, Declined, Under};
+use crate::fill::{self, Declined, Under, Unfilled};
 use crate::intersect::{Cut, Input, intersect};
 use crate::plan::{self, OddRegions};
 use crate::polychord::{Strips, odd_borders};
@@ -13,26 +13,11 @@ use crate::retract::retract;
 use crate::stitch::{Stitched, stitch};
 use crate::unique_edges::make_edges_unique;
 use crate::validate::{Verdict, validate};
-use crate::{BooleanError, Filler, Operation, Options, Output, RegionReport, Report, inspect};
-use mesh::{Monitor, PolygonMesh};
+use crate::{BooleanError, Elements, Filler, Operation, Options, Output, RegionReport, Report, inspect};
+use mesh::{DVec3, Monitor, PolygonMesh};
+use solve::components::connected_components;
 use std::collections::BTreeMap;
 use std::time::Instant;
-
-/// Number of connected curves among edges.
-fn curves(edges: &[[u32; 2]]) -> usize {
-    let mut parent: BTreeMap<u32, u32> = edges.iter().flatten().map(|&v| (v, v)).collect();
-    let find = |parent: &BTreeMap<u32, u32>, mut v: u32| {
-        while parent[&v] != v {
-            v = parent[&v];
-        }
-        v
-    };
-    for &[a, b] in edges {
-        let (a, b) = (find(&parent, a), find(&parent, b));
-        parent.insert(a.max(b), a.min(b));
-    }
-    parent.iter().filter(|(v, root)| v == root).count()
-}
 
 /// What is varied when validation fails: edge length on the lines and in the band, width of the band, filler.
 #[derive(Debug, Clone, Copy)]
@@ -63,13 +48,20 @@ pub fn boolean(
     let mut clock = Clock { last: Some(Instant::now()), ..Clock::default() };
     options.check()?;
     monitor.stage("check", 0.0)?;
-    inspect::inspect(a, 0, monitor)?;
-    inspect::inspect(b, 1, monitor)?;
+    // The stages work at unit size, so that no scale of the scene overflows or underflows. A power of two: nothing is
+    // rounded, and kept vertices come back bit for bit.
+    let unit = mesh::unit_scale(used_points(a).chain(used_points(b)));
+    inspect::inspect(a, 0, unit, monitor)?;
+    inspect::inspect(b, 1, unit, monitor)?;
     for (input, mesh) in [a, b].into_iter().enumerate() {
         inspect::inspect_features(mesh, &options.feature_edges[input], input)?;
     }
     clock.lap("check");
-    let inputs = [Input::new(a), Input::new(b)];
+    let [a, b] = &[a, b].map(|mesh| at_unit_size(mesh, unit));
+    let options = &Options { blend_radius: unit * options.blend_radius, ..options.clone() };
+    let first = Input::new(a);
+    monitor.check()?;
+    let inputs = [first, Input::new(b)];
     clock.lap("triangulate");
     monitor.stage("intersect", 0.1)?;
     let cut = intersect(&inputs, operation, monitor)?;
@@ -77,7 +69,23 @@ pub fn boolean(
 
     let mut job = Job { inputs: &inputs, operation, cut: &cut, options, monitor, clock, retries: vec![] };
     let done = job.run()?;
-    job.report(done)
+    let output = job.report(done)?;
+    Ok(Output { mesh: output.mesh.scaled(unit.recip()), ..output })
+}
+
+/// Positions of the corners of all faces.
+fn used_points(mesh: &PolygonMesh) -> impl Iterator<Item = &DVec3> {
+    mesh.corner_verts().iter().map(|&v| &mesh.positions[v as usize])
+}
+
+/// The mesh scaled by `unit`. Vertices without a face go to where one with a face is: they must not count for the extent.
+fn at_unit_size(mesh: &PolygonMesh, unit: f64) -> PolygonMesh {
+    let anywhere = mesh.corner_verts().first().map_or(DVec3::ZERO, |&v| mesh.positions[v as usize]);
+    let mut positions = vec![unit * anywhere; mesh.vertex_count()];
+    for &v in mesh.corner_verts() {
+        positions[v as usize] = unit * mesh.positions[v as usize];
+    }
+    mesh.with_positions(positions)
 }
 
 #[derive(Debug, Default)]
@@ -93,10 +101,6 @@ impl Clock {
         let start = self.last.replace(now).unwrap_or(now);
         *self.seconds.entry(stage.to_owned()).or_default() += (now - start).as_secs_f64();
     }
-}
-
-fn infeasible(code: &'static str, sentence: String) -> BooleanError {
-    BooleanError::Infeasible { code, sentence, elements: Default::default() }
 }
 
 struct Job<'a> {
@@ -130,14 +134,17 @@ impl Job<'_> {
 
     fn run(&mut self) -> Result<Done, BooleanError> {
         let mut best: Option<Done> = None;
+        // What is reported when all attempts fail is the first one, which has the caller's own settings.
+        let mut blame: Option<(&'static str, [Elements; 2])> = None;
         let attempts = self.attempts();
         let count = attempts.len();
         for (k, attempt) in attempts.into_iter().enumerate() {
             self.monitor.stage("retract", 0.2 + 0.7 * k as f64 / count as f64)?;
             let done = match self.attempt(attempt) {
                 Ok(done) => done,
-                Err(BooleanError::Infeasible { sentence, .. }) => {
+                Err(BooleanError::Infeasible { code, sentence, elements }) => {
                     self.note(attempt, &sentence);
+                    blame.get_or_insert((code, elements));
                     continue;
                 }
                 Err(error) => return Err(error),
@@ -153,17 +160,14 @@ impl Job<'_> {
                 break;
             }
         }
-        match best {
-            Some(done) if done.verdict.topology.is_none() => Ok(done),
-            _ => Err(BooleanError::Infeasible {
-                code: "no_fill",
-                sentence: format!(
-                    "no valid quad mesh was found along the cut ({}); move one object slightly or subdivide the coarser one",
-                    self.retries.join("; ")
-                ),
-                elements: Default::default(),
-            }),
-        }
+        best.ok_or_else(|| {
+            let (code, elements) = blame.unwrap_or_default();
+            let tried = self.retries.join("; ");
+            let sentence = format!(
+                "no valid quad mesh was found along the cut ({tried}); move one object slightly or subdivide the coarser one"
+            );
+            BooleanError::Infeasible { code, sentence, elements }
+        })
     }
 
     fn note(&mut self, attempt: Attempt, complaint: &str) {
@@ -188,26 +192,30 @@ impl Job<'_> {
                 Err(OddRegions(odd)) => {
                     monitor.check()?;
                     if !strips.split_shortest(inputs, &kept, &odd_borders(&band)) {
-                        return Err(infeasible(
-                            "odd",
-                            format!("{} regions along the cut have an odd border", odd.len()),
-                        ));
+                        return Err(BooleanError::Infeasible {
+                            code: "odd",
+                            sentence: format!("{} regions along the cut have an odd border", odd.len()),
+                            elements: band.faces_under(inputs, &odd),
+                        });
                     }
                 }
             }
         };
-        let resampled = resample(&band, &plan, monitor)?;
+        let resampled = resample(inputs, &band, &plan, monitor)?;
         self.clock.lap("plan");
         monitor.stage("fill", monitor.progress().1)?;
         let regions = resampled.regions(inputs, self.operation, &kept, &band)?;
-        let declined = |declined| match declined {
+        let no_fill = |regions: &[u32], reason| match reason {
             Declined::Cancelled(cancelled) => cancelled.into(),
-            Declined::Because(reason) => infeasible("no_fill", reason),
+            Declined::Because(sentence) => {
+                let elements = band.faces_under(inputs, regions);
+                BooleanError::Infeasible { code: "no_fill", sentence, elements }
+            }
         };
-        let (mut fills, mut reports) =
-            fill::fill_all(&regions, attempt.filler, self.options.alpha, diagonal, monitor).map_err(declined)?;
+        let (mut fills, mut reports) = fill::fill_all(&regions, attempt.filler, self.options.alpha, diagonal, monitor)
+            .map_err(|Unfilled { regions, reason }| no_fill(&regions, reason))?;
         for r in make_edges_unique(inputs, &kept, &strips, &resampled, &regions, &mut fills) {
-            fills[r] = fill::smooth(&regions[r], &fills[r], monitor).map_err(declined)?;
+            fills[r] = fill::smooth(&regions[r], &fills[r], monitor).map_err(|reason| no_fill(&[r as u32], reason))?;
             reports[r].quads = fills[r].quads.len();
         }
         self.clock.lap("fill");
@@ -223,6 +231,10 @@ impl Job<'_> {
         monitor.stage("validate", monitor.progress().1)?;
         let verdict = validate(&stitched, cut, &band, diagonal, monitor)?;
         self.clock.lap("validate");
+        if let Some(fault) = verdict.topology {
+            let everything: Vec<u32> = (0..band.region_count as u32).collect();
+            return Err(no_fill(&everything, Declined::Because(fault)));
+        }
         let under = regions.into_iter().map(|r| r.under).collect();
         Ok(Done { under, stitched, lines, regions: reports, verdict })
     }
@@ -247,6 +259,9 @@ impl Job<'_> {
         if faces_kept == 0 {
             warnings.push("no quad of either input lies beyond the cut: everything was remade".to_owned());
         }
+        let ends = done.lines.iter().map(|&[a, b]| (a, b));
+        // A vertex off the lines is a component by itself.
+        let curves = connected_components(mesh.vertex_count(), ends).iter().filter(|c| c.len() > 1).count();
         let report = Report {
             faces_kept,
             faces_new: mesh.face_count() - faces_kept,
@@ -255,7 +270,7 @@ impl Job<'_> {
             scaled_jacobian_min: done.verdict.jacobian_min,
             scaled_jacobian_mean: done.verdict.jacobian_mean,
             regions: done.regions,
-            curves: curves(&done.lines),
+            curves,
             quads_whole: self.cut.whole.iter().flatten().flatten().count(),
             retries: self.retries,
             warnings,

@@ -6,7 +6,7 @@
 use crate::band::{Arc, Band};
 use crate::division::Division;
 use crate::intersect::{Cut, Input};
-use mesh::{Monitor, Topology, sorted};
+use mesh::{Monitor, sorted};
 use solve::tjoin::t_join;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -150,11 +150,11 @@ fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, bend_error: f
                 continue;
             }
             let (mut total, mut weights) = (0.0, 0.0);
-            for_each_neighbour(topology, v, |u| {
+            for u in topology.neighbours(v) {
                 let w = 1.0 / at(u).distance(at(v)).max(1e-9 * diagonal);
                 total += w * size[u as usize];
                 weights += w;
-            });
+            }
             if weights > 0.0 {
                 size[v as usize] = total / weights;
             }
@@ -187,13 +187,13 @@ fn grade(band: &Band, start: &[u32], fixed: &[bool], size: &mut [f64]) {
         if s > size[v as usize] {
             continue;
         }
-        for_each_neighbour(&band.topology, v, |u| {
+        for u in band.topology.neighbours(v) {
             let graded = s + GRADING * positions[v as usize].distance(positions[u as usize]);
             if graded < size[u as usize] && !fixed[u as usize] {
                 size[u as usize] = graded;
                 queue.push((Reverse(Ordered(graded)), u));
             }
-        });
+        }
     }
 }
 
@@ -241,21 +241,6 @@ impl PartialOrd for Ordered {
 impl Ord for Ordered {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.0.total_cmp(&other.0)
-    }
-}
-
-/// Calls `f` for every neighbour of `v`, the last one of a border fan included.
-pub fn for_each_neighbour(topology: &Topology, v: u32, mut f: impl FnMut(u32)) {
-    let mut last = mesh::NONE;
-    for h in topology.around(v) {
-        f(topology.to(h));
-        last = h;
-    }
-    if last != mesh::NONE {
-        let back = topology.prev[last as usize];
-        if topology.is_border(back) {
-            f(topology.from(back));
-        }
     }
 }
 
@@ -307,3 +292,7 @@ fn make_borders_even(band: &Band, ideal: &[f64], counts: &mut [usize], monitor: 
     }
     Ok(())
 }
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;

@@ -147,3 +147,7 @@ pub fn odd_borders(band: &Band) -> BTreeMap<(u8, [u32; 2]), u32> {
     let odd = borders.into_iter().enumerate().filter(|(_, edges)| edges.len() % 2 == 1);
     odd.flat_map(|(p, edges)| edges.into_iter().map(move |e| (e, p as u32))).collect()
 }
+
+#[cfg(test)]
+#[path = "polychord_tests.rs"]
+mod tests;

@@ -5,10 +5,10 @@ use crate::fill::{DividedBand, Region, Under};
 use crate::intersect::Input;
 use crate::plan::Plan;
 use crate::retract::{Kept, kept_valence};
-use crate::{BooleanError, Elements, Operation};
+use crate::{BooleanError, Operation};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use surface::resample::{Chain, resample_chains};
 
 /// The band with its lines divided as planned.
@@ -30,20 +30,30 @@ pub struct Resampled {
 ///
 /// # Errors
 /// [`BooleanError::Infeasible`] when a line cannot be divided without breaking the surface's topology.
-pub fn resample(band: &Band, plan: &Plan, monitor: &Monitor) -> Result<Resampled, BooleanError> {
+pub fn resample(
+    inputs: &[Input<'_>; 2],
+    band: &Band,
+    plan: &Plan,
+    monitor: &Monitor,
+) -> Result<Resampled, BooleanError> {
     let chains: Vec<Chain> = band
         .arcs
         .iter()
         .zip(&plan.positions)
         .map(|(arc, positions)| Chain { vertices: arc.vertices.clone(), positions: positions.clone() })
         .collect();
-    let done = resample_chains(&band.surface, &chains, &[], monitor).map_err(|error| match monitor.check() {
-        Err(cancelled) => cancelled.into(),
-        Ok(()) => BooleanError::Infeasible {
+    let done = resample_chains(&band.surface, &chains, &[], monitor).map_err(|error| {
+        if let Err(cancelled) = monitor.check() {
+            return cancelled.into();
+        }
+        let line: BTreeSet<u32> =
+            error.chain().map_or_else(BTreeSet::new, |k| band.arcs[k].vertices.iter().copied().collect());
+        let touches = |t: usize| band.surface.triangles[t].iter().any(|v| line.contains(v));
+        BooleanError::Infeasible {
             code: "line",
             sentence: format!("a line along the cut could not be divided ({error})"),
-            elements: [Elements::new(), Elements::new()],
-        },
+            elements: band.input_faces(inputs, touches),
+        }
     })?;
     let mut border_vertex = vec![None; done.mesh.positions.len()];
     for (old, &new) in done.vertex.iter().enumerate() {
@@ -108,11 +118,13 @@ impl Resampled {
             votes.iter().map(|v| *v.iter().max_by_key(|&(&r, &n)| (n, u32::MAX - r)).expect("a triangle").0).collect();
         let mut names = name.clone();
         names.sort_unstable();
-        if names != (0..band.region_count as u32).collect::<Vec<_>>() {
+        let count = |r: u32| names.partition_point(|&n| n <= r) - names.partition_point(|&n| n < r);
+        let merged: Vec<u32> = (0..band.region_count as u32).filter(|&r| count(r) != 1).collect();
+        if !merged.is_empty() {
             return Err(BooleanError::Infeasible {
                 code: "line",
                 sentence: "the lines along the cut are too close together to be divided separately".into(),
-                elements: [Elements::new(), Elements::new()],
+                elements: band.faces_under(inputs, &merged),
             });
         }
         let valence: [_; 2] = std::array::from_fn(|m| kept_valence(&inputs[m], &kept[m]));

@@ -152,3 +152,7 @@ fn divide(region: &Region, fill: &mut Fill, [(first, k), (second, l)]: [(usize, 
     fill.quads.push(made[2]);
     true
 }
+
+#[cfg(test)]
+#[path = "unique_edges_tests.rs"]
+mod tests;

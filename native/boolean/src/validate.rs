@@ -5,6 +5,7 @@ use crate::band::Band;
 use crate::intersect::Cut;
 use crate::stitch::Stitched;
 use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, scaled_jacobian, volume};
+use solve::components::connected_components;
 use surface::closest::ClosestPoint;
 
 /// Distance from the exact boolean that fillers aim for, as a fraction of the diagonal.
@@ -99,28 +100,16 @@ impl Verdict {
     }
 }
 
-/// Root of `v` in a forest of parents, halving the path.
-fn find(parent: &mut [u32], mut v: u32) -> u32 {
-    while parent[v as usize] != v {
-        parent[v as usize] = parent[parent[v as usize] as usize];
-        v = parent[v as usize];
-    }
-    v
-}
-
 /// Vertices, edges and faces in use: V - E + F and the number of pieces.
 pub fn euler_and_components(vertex_count: usize, topology: &Topology) -> (i64, usize) {
-    let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
-    let mut edges = 0;
-    for h in topology.edges() {
-        edges += 1;
-        let (a, b) = (find(&mut parent, topology.from(h)), find(&mut parent, topology.to(h)));
-        parent[a.max(b) as usize] = a.min(b);
-    }
-    let used: Vec<u32> = (0..vertex_count as u32).filter(|&v| topology.outgoing[v as usize] != NONE).collect();
-    let components = used.iter().filter(|&&v| parent[v as usize] == v).count();
+    let edges: Vec<(u32, u32)> = topology.edges().map(|h| (topology.from(h), topology.to(h))).collect();
+    let is_used = |v: &u32| topology.outgoing[*v as usize] != NONE;
+    let used = (0..vertex_count as u32).filter(is_used).count();
+    let count = edges.len() as i64;
+    // A vertex without a face is a component by itself.
+    let components = connected_components(vertex_count, edges).iter().filter(|c| is_used(&c[0])).count();
     let faces = topology.face.last().map_or(0, |f| *f as usize + 1);
-    (used.len() as i64 - edges + faces as i64, components)
+    (used as i64 - count + faces as i64, components)
 }
 
 fn check_topology(mesh: &PolygonMesh, topology: &Topology, cut: &Cut) -> Result<(), String> {
@@ -177,8 +166,11 @@ pub fn validate(
         .collect();
     pairs.dedup();
     verdict.intersecting = pairs;
-    if !new.is_empty() {
-        verdict.distance = distance(&triangles, &subset, band, monitor)? / diagonal;
+    // Pieces of split quads lie in the kept surface, not in the band.
+    let filled: Vec<u32> =
+        subset.into_iter().filter(|&t| stitched.face_region[face_of[t as usize] as usize] != NONE).collect();
+    if !filled.is_empty() {
+        verdict.distance = distance(&triangles, &filled, band, monitor)? / diagonal;
     }
     let exact = volume(&cut.surface);
     verdict.volume_error = (volume(&triangles) - exact).abs() / exact.abs().max(1e-300);
@@ -206,3 +198,7 @@ fn distance(triangles: &TriangleMesh, new: &[u32], band: &Band, monitor: &Monito
     }
     Ok(worst)
 }
+
+#[cfg(test)]
+#[path = "validate_tests.rs"]
+mod tests;

@@ -36,9 +36,9 @@ pub struct Defects {
     /// Pairs of faces that intersect, lower first, by [`crate::self_intersections`] of the mesh triangulated by
     /// [`TriangleMesh::from_polygons`]: a concave n-gon may meet itself, and is then listed as (face, face).
     pub self_intersecting_faces: Vec<[u32; 2]>,
-    /// The faces of each closed component that faces inwards: its volume is negative and it lies inside no other
-    /// closed component (inside another it bounds a void, as it should). Whether nested components alternate
-    /// is not examined.
+    /// The faces of each closed component that faces the wrong way. Nested components alternate: one inside an even number
+    /// of others has to face outwards, one inside an odd number bounds a void and has to face inwards. A component
+    /// that intersects others is neither inside nor outside of them and is listed only when it would be wrong alone.
     pub inside_out_components: Vec<Vec<u32>>,
     /// Faces with three corners.
     pub triangles: Vec<u32>,
@@ -83,7 +83,8 @@ impl Defects {
 }
 
 /// Finds every defect of a mesh. Any mesh will do: empty, tiny, huge, with coordinates that are not numbers. Costs
-/// O(n log n), nearly all of it for the self-intersections, plus O(n) for each closed component of negative volume.
+/// O(n log n), nearly all of it for the self-intersections, plus O(m) for each closed component whose bounding box lies in
+/// those of others with m faces.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -115,8 +116,8 @@ pub fn check(mesh: &PolygonMesh, monitor: &Monitor) -> Result<Defects, Cancelled
     monitor.check()?;
 
     let (triangles, face_of) = TriangleMesh::from_polygons(mesh);
-    check_direction(&triangles, &components, &mut defects, monitor)?;
     let pairs = self_intersections(&triangles, monitor)?;
+    check_direction(&triangles, &components, &pairs, &mut defects, monitor)?;
     defects.self_intersecting_faces = pairs.iter().map(|pair| pair.map(|t| face_of[t as usize])).collect();
     defects.self_intersecting_faces.sort_unstable();
     defects.self_intersecting_faces.dedup();
@@ -277,10 +278,11 @@ impl Components {
     }
 }
 
-/// Finds the closed components that face inwards.
+/// Finds the closed components that face the wrong way; `intersecting` are the pairs of triangles that intersect.
 fn check_direction(
     triangles: &TriangleMesh,
     components: &Components,
+    intersecting: &[[u32; 2]],
     defects: &mut Defects,
     monitor: &Monitor,
 ) -> Result<(), Cancelled> {
@@ -292,11 +294,21 @@ fn check_direction(
     for edge in [&defects.border_edges, &defects.nonmanifold_edges, &defects.misoriented_edges].into_iter().flatten() {
         closed[components.of_vert[edge[0] as usize] as usize] = false;
     }
+    let mut crossing = vec![false; closed.len()];
+    for pair in intersecting {
+        let [c, d] = pair.map(|t| component(triangles.triangles[t as usize]));
+        if c != d {
+            crossing[c] = true;
+            crossing[d] = true;
+        }
+    }
+    let mut own: Vec<Vec<u32>> = vec![vec![]; closed.len()];
     let mut bounds = vec![Aabb::EMPTY; closed.len()];
     let mut origins = vec![None; closed.len()];
     let mut volumes = vec![0.0; closed.len()];
     for (t, &verts) in triangles.triangles.iter().enumerate() {
         let (c, points) = (component(verts), triangles.points(t));
+        own[c].push(t as u32);
         bounds[c] = bounds[c].union(&Aabb::of(points));
         let origin = *origins[c].get_or_insert(points[0]);
         let [p, q, r] = points.map(|p| p - origin);
@@ -304,22 +316,18 @@ fn check_direction(
     }
     for c in 0..closed.len() {
         let Some(point) = origins[c] else { continue };
-        if !closed[c] || volumes[c] >= -FLAT * bounds[c].diagonal().powi(3) || volumes[c].is_nan() {
+        if !closed[c] || volumes[c].abs() <= FLAT * bounds[c].diagonal().powi(3) || volumes[c].is_nan() {
             continue;
         }
         monitor.check()?;
-        let around: Vec<bool> =
-            (0..closed.len()).map(|d| d != c && closed[d] && bounds[d].contains(&bounds[c])).collect();
-        let mut angles = vec![0.0; closed.len()];
-        if around.contains(&true) {
-            for (t, &verts) in triangles.triangles.iter().enumerate() {
-                if around[component(verts)] {
-                    angles[component(verts)] += solid_angle(triangles.points(t), point);
-                }
-            }
+        let mut depth = 0;
+        for d in (0..closed.len()).filter(|&d| d != c && closed[d] && bounds[d].contains(&bounds[c])) {
+            let angle: f64 = own[d].iter().map(|&t| solid_angle(triangles.points(t as usize), point)).sum();
+            // A closed surface is seen under 4 pi from inside and under 0 from outside.
+            depth += usize::from(angle.abs() > TAU);
         }
-        // A closed surface is seen under 4 pi from inside and under 0 from outside.
-        if !angles.iter().any(|a| a.abs() > TAU) {
+        let wants_outward = depth % 2 == 0;
+        if wants_outward != (volumes[c] > 0.0) && (depth == 0 || !crossing[c]) {
             defects.inside_out_components.push(components.faces[c].clone());
         }
     }
@@ -456,6 +464,10 @@ mod tests {
         assert_eq!(inside_out(&[(0.0, 1.0), (5.0, -1.0)]), [[6, 7, 8, 9, 10, 11]]);
         assert!(inside_out(&[(0.0, 4.0), (1.0, -1.0)]).is_empty(), "a void");
         assert_eq!(inside_out(&[(0.0, -4.0), (1.0, -1.0)]), [[0, 1, 2, 3, 4, 5]]);
+        assert_eq!(inside_out(&[(0.0, 4.0), (1.0, 1.0)]), [[6, 7, 8, 9, 10, 11]], "no void");
+        assert!(inside_out(&[(0.0, 6.0), (1.0, -4.0), (2.0, 2.0)]).is_empty(), "a body in a void");
+        assert_eq!(inside_out(&[(0.0, 6.0), (1.0, -4.0), (2.0, -2.0)]), [[12, 13, 14, 15, 16, 17]]);
+        assert!(inside_out(&[(0.0, 3.0), (0.0, 2.0)]).is_empty(), "they touch: that is another defect");
         // In the corner of an L, inside its box but outside of it.
         let l = mesh_of(
             &[

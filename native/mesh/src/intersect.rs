@@ -162,8 +162,8 @@ fn plane_segments_meet(p: DVec2, q: DVec2, a: DVec2, b: DVec2) -> bool {
 
 /// A power of two that brings the largest finite coordinate to between 1/2 and 2: multiplying by it is exact and keeps
 /// the predicates clear of overflow and underflow whatever the scale of the scene.
-pub(crate) fn unit_scale(positions: &[DVec3]) -> f64 {
-    let largest = positions.iter().filter(|p| p.is_finite()).fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+pub fn unit_scale<'a>(positions: impl IntoIterator<Item = &'a DVec3>) -> f64 {
+    let largest = positions.into_iter().filter(|p| p.is_finite()).fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
     // 2^-n from the exponent bits; clamped where 2^n or 2^-n would leave the normal range.
     let exponent = ((largest.to_bits() >> 52) as i32 - 1023).clamp(-1022, 1022);
     if largest == 0.0 { 1.0 } else { f64::from_bits(((1023 - exponent) as u64) << 52) }

@@ -14,7 +14,7 @@ mod triangle;
 
 pub use bvh::{Aabb, Bvh};
 pub use check::{Defects, check};
-pub use intersect::{are_collinear, self_intersections, self_intersections_of, triangles_intersect};
+pub use intersect::{are_collinear, self_intersections, self_intersections_of, triangles_intersect, unit_scale};
 pub use monitor::{Cancelled, Monitor};
 pub use polygon::{MeshError, PolygonMesh};
 pub use quality::{face_normal, scaled_jacobian, volume};

@@ -122,6 +122,22 @@ impl Topology {
         })
     }
 
+    /// Vertices that share an edge with `v`, in the order of [`Topology::around`]; at a border vertex the one behind the last
+    /// half-edge too. Complete where the vertex is manifold.
+    pub fn neighbours(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
+        let mut around = self.around(v);
+        let mut last = NONE;
+        std::iter::from_fn(move || {
+            if let Some(h) = around.next() {
+                last = h;
+                return Some(self.to(h));
+            }
+            let back = (last != NONE).then(|| self.prev[last as usize])?;
+            last = NONE;
+            self.is_border(back).then(|| self.from(back))
+        })
+    }
+
     /// The half-edge from `a` to `b` around `a`, when there is one.
     pub fn find(&self, a: u32, b: u32) -> Option<u32> {
         self.around(a).find(|&h| self.to(h) == b)

@@ -8,6 +8,7 @@
 //! symmetric.
 
 use glam::{DVec2, DVec3};
+use mesh::{Cancelled, Monitor};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -87,7 +88,11 @@ pub(crate) fn uniform_weights(quads: &[[u32; 4]]) -> Vec<([u32; 2], f64)> {
 
 /// Positions where every vertex that is not fixed is the weighted mean of its neighbours: Jacobi-preconditioned conjugate
 /// gradients, both coordinates side by side. Cost about O(edges x square root of vertices).
-pub(crate) fn harmonic(weights: &[([u32; 2], f64)], fixed: &[Option<DVec2>]) -> Vec<DVec2> {
+pub(crate) fn harmonic(
+    weights: &[([u32; 2], f64)],
+    fixed: &[Option<DVec2>],
+    monitor: &Monitor,
+) -> Result<Vec<DVec2>, Cancelled> {
     let free = |v: usize| fixed[v].is_none();
     let mut diagonal = vec![0.0; fixed.len()];
     for &([a, b], w) in weights {
@@ -117,6 +122,7 @@ pub(crate) fn harmonic(weights: &[([u32; 2], f64)], fixed: &[Option<DVec2>]) -> 
     let mut size = dot(&residual, &conditioned);
     let small = size * 1e-24;
     for _ in 0..2 * fixed.len() {
+        monitor.check()?;
         if size.cmple(small).all() {
             break;
         }
@@ -134,7 +140,7 @@ pub(crate) fn harmonic(weights: &[([u32; 2], f64)], fixed: &[Option<DVec2>]) -> 
         }
         size = next;
     }
-    x
+    Ok(x)
 }
 
 /// `a / b`, zero when the system of that coordinate is already solved.
@@ -168,7 +174,7 @@ mod tests {
         let weights = uniform_weights(&patch.quads);
         let fixed: Vec<_> =
             (0..patch.vertex_count).map(|v| (v < p).then(|| DVec2::from_angle(TAU * v as f64 / p as f64))).collect();
-        let x = harmonic(&weights, &fixed);
+        let x = harmonic(&weights, &fixed, &Monitor::new()).unwrap();
         for v in p..patch.vertex_count {
             let around: Vec<_> = weights.iter().filter(|(e, _)| e.contains(&(v as u32))).collect();
             let sum: DVec2 = around.iter().map(|(e, _)| x[(e[0] + e[1]) as usize - v]).sum();

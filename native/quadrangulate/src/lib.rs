@@ -5,7 +5,6 @@ mod fill;
 mod flatten;
 pub mod layout;
 mod lbfgs;
-mod locate;
 mod optimise;
 mod pattern;
 mod place;

@@ -6,10 +6,10 @@
 //! conformal one for instance, since the polygon distorts slender patches.
 
 use crate::flatten::{BorderPlace, border_places, domain_point, harmonic, mean_value_weights, uniform_weights};
-use crate::locate::{Locator, Place};
 use crate::{PatchTopology, optimise_flat};
 use glam::{DVec2, DVec3};
 use mesh::{Cancelled, Monitor, Topology};
+use surface::parametrize::{Flat, Location};
 
 /// A patch of surface: a triangulated disk.
 #[derive(Debug, Clone, Copy)]
@@ -90,8 +90,7 @@ pub fn place(
     for (&v, &p) in surface.border.iter().zip(&rim_places) {
         fixed[v as usize] = Some(domain_point(corner_count, p));
     }
-    let domain = harmonic(&mean_value_weights(surface.positions, surface.triangles), &fixed);
-    monitor.check()?;
+    let domain = harmonic(&mean_value_weights(surface.positions, surface.triangles), &fixed, monitor)?;
 
     // The quads over the domain.
     let mut starts = Vec::with_capacity(corner_count);
@@ -105,30 +104,34 @@ pub fn place(
     for (slot, &p) in fixed.iter_mut().zip(&border) {
         *slot = Some(domain_point(corner_count, p));
     }
-    let quads = harmonic(&uniform_weights(&filling.quads), &fixed);
-    monitor.check()?;
+    let quads = harmonic(&uniform_weights(&filling.quads), &fixed, monitor)?;
 
     // Through the domain to the surface.
-    let locator = Locator::new(&domain, surface.triangles);
-    let mut inner: Vec<Place> = quads[perimeter..].iter().map(|&p| locator.find(p)).collect();
+    let mut inner = locations(domain, surface.triangles, &quads[perimeter..])?;
     if let Some(flat) = flat {
         let rim: Vec<DVec2> = surface.border.iter().map(|&v| flat[v as usize]).collect();
         let mut points: Vec<DVec2> = border.iter().map(|&p| on_rim(&rim, &rim_places, p)).collect();
         points.extend(inner.iter().map(|place| {
-            let [a, b, c] = surface.triangles[place.triangle].map(|v| flat[v as usize]);
+            let [a, b, c] = surface.triangles[place.triangle as usize].map(|v| flat[v as usize]);
             a * place.weights.x + b * place.weights.y + c * place.weights.z
         }));
         let fixed: Vec<bool> = (0..points.len()).map(|v| v < perimeter).collect();
         optimise_flat(&filling.quads, &mut points, &fixed, monitor)?;
-        let locator = Locator::new(flat, surface.triangles);
-        inner = points[perimeter..].iter().map(|&p| locator.find(p)).collect();
+        inner = locations(flat.to_vec(), surface.triangles, &points[perimeter..])?;
     }
     let mut positions = border_positions.to_vec();
     positions.extend(inner.iter().map(|place| {
-        let [a, b, c] = surface.triangles[place.triangle].map(|v| surface.positions[v as usize]);
+        let [a, b, c] = surface.triangles[place.triangle as usize].map(|v| surface.positions[v as usize]);
         a * place.weights.x + b * place.weights.y + c * place.weights.z
     }));
     Ok(positions)
+}
+
+/// The places of points on a flat surface, or of what is nearest to them.
+fn locations(flat: Vec<DVec2>, triangles: &[[u32; 3]], points: &[DVec2]) -> Result<Vec<Location>, PlaceError> {
+    let flat = Flat::new(flat, triangles.to_vec());
+    let located: Option<Vec<Location>> = points.iter().map(|&p| flat.locate(p)).collect();
+    located.ok_or(PlaceError::NotADisk { reason: "it has no triangles, or no finite ones" })
 }
 
 /// The point of a polyline border at a border place.

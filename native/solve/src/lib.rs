@@ -10,6 +10,7 @@
 //! | [`matching`] | maximum-weight matching among those of maximum cardinality | mwmatching |
 //! | [`components`] | connected components | none |
 //! | [`tjoin`] | minimum-weight T-join | Dijkstra and [`matching`] |
+//! | [`worker`] | cancelling what takes no callback | a thread of its own |
 //!
 //! Same input, same bytes out, whatever the number of threads. Computations that may take long take a `cancelled`
 //! closure that any thread may call; they give up within 50 ms of it returning true.
@@ -21,7 +22,7 @@ mod error;
 pub mod integer;
 pub mod matching;
 pub mod tjoin;
-mod worker;
+pub mod worker;
 
 pub use error::SolveError;
 

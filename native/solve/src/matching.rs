@@ -217,20 +217,22 @@ mod tests {
     /// Prints the time for the dual graph of a triangulated strip grid, the shape that triangle pairing has.
     #[test]
     #[ignore = "a measurement"]
-    fn three_thousand_vertices() {
-        let width = 55;
-        let count = width * width;
-        let mut edges = Vec::new();
-        for v in 0..count as u32 {
-            if !(v as usize + 1).is_multiple_of(width) {
-                edges.push((v, v + 1, (v as i32 * 7919) % 1000));
+    fn seconds_by_size() {
+        for width in [55, 80, 110] {
+            let count = width * width;
+            let mut edges = Vec::new();
+            for v in 0..count as u32 {
+                if !(v as usize + 1).is_multiple_of(width) {
+                    edges.push((v, v + 1, (v as i32 * 7919) % 1000));
+                }
+                if v as usize + width < count && v % 2 == 0 {
+                    edges.push((v, v + width as u32, (v as i32 * 104_729) % 1000));
+                }
             }
-            if v as usize + width < count && v % 2 == 0 {
-                edges.push((v, v + width as u32, (v as i32 * 104_729) % 1000));
-            }
+            let start = std::time::Instant::now();
+            let partners = maximum_matching(count, &edges, &never).unwrap();
+            let single = partners.iter().filter(|p| p.is_none()).count();
+            println!("{count} vertices: {:?}, {single} single", start.elapsed());
         }
-        let start = std::time::Instant::now();
-        let partners = maximum_matching(count, &edges, &never).unwrap();
-        println!("{count} vertices: {:?}, {} single", start.elapsed(), partners.iter().filter(|p| p.is_none()).count());
     }
 }

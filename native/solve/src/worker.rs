@@ -3,6 +3,10 @@
 //! The safe interfaces of `HiGHS` and mwmatching take no callback. The job therefore owns all its data and runs on a
 //! thread of its own, while the calling thread polls `cancelled`. A cancelled job is left behind: it shares nothing with
 //! anyone, ends at its own limits, and its result is dropped.
+//!
+//! How long a job may live on unseen: `HiGHS` for its time limit ([`crate::integer::Options::time_limit`]); it is asked for
+//! eight free counts at most by the boolean, which take milliseconds. A matching to its end: seconds for the largest
+//! regions (see the measurement beside [`crate::matching`]). The process may end meanwhile.
 
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread::Builder;
@@ -16,8 +20,11 @@ const POLL: Duration = Duration::from_millis(20);
 /// Stack of the job's thread in bytes: branch and bound recurses deeper than Rust's default of 2 MiB is sure to hold.
 const STACK: usize = 16 << 20;
 
-/// Runs `job` on a thread of its own; a panic in it becomes [`SolveError::Solver`].
-pub(crate) fn run<T: Send + 'static>(
+/// Runs `job` on a thread of its own and returns its result, or leaves it behind within 20 ms of `cancelled` returning true.
+///
+/// # Errors
+/// [`SolveError::Cancelled`]; [`SolveError::Solver`] with the name `solver` when the job panics.
+pub fn run<T: Send + 'static>(
     solver: &'static str,
     cancelled: CancelCheck<'_>,
     job: impl FnOnce() -> T + Send + 'static,

@@ -1,7 +1,7 @@
 //! The point of a triangle mesh nearest to a given one.
 //!
 //! A bounding-volume hierarchy from parry3d answers each query in about O(log n). Parry's vectors come from another version
-//! of glam than ours: [`to_parry`] and [`from_parry`] are the one place where they meet.
+//! of glam than ours: `to_parry` and `from_parry` are the one place where they meet.
 
 use glam::DVec3;
 use mesh::{NONE, TriangleMesh};

@@ -9,7 +9,6 @@ pub mod remesh;
 pub mod resample;
 pub mod smooth;
 pub mod smooth_blend;
-pub mod smooth_reference;
 pub mod smooth_star;
 #[cfg(test)]
 mod test_shapes;

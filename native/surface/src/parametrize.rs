@@ -1,20 +1,16 @@
-//! Flat maps of disks: `QuadMixer` (Nuvoli et al. 2019), section 3.5, which maps a patch's border onto a regular polygon, its
-//! inside by least squares, and lifts quads back through the map.
+//! Flat maps of disks (`QuadMixer`, Nuvoli et al. 2019, section 3.5) and finding the triangle under a point of one.
 //!
-//! - [`mean_value`]: border on a convex polygon, every inner vertex a convex combination of its neighbours with Floater's
-//!   weights (*Mean value coordinates*, 2003). Never folds (Tutte, Floater): the safe choice for lifting.
-//! - [`lscm`]: least-squares conformal map with any pinned vertices (Lévy et al. 2002). Two pins leave the border free, which keeps
-//!   angles and is the domain to optimise quads in; with the whole border pinned it is the paper's map, which may fold:
-//!   ask [`Flat::flipped`].
+//! - [`lscm`]: least-squares conformal map with any pinned vertices (Lévy et al. 2002). Two pins leave the border free, which
+//!   keeps angles and is the domain to optimise quads in. It may fold: ask [`Flat::flipped`].
 //! - [`Flat::locate`] finds the triangle under a point of the plane.
 //!
-//! Deviation: the paper maps by least squares onto the polygon; the lifting here can use mean values, which cannot fold.
+//! Deviation: the paper lifts quads through this map with the border pinned to a polygon; here they are lifted through
+//! mean values, which cannot fold (`quadrangulate`'s `flatten.rs`).
 
 use glam::{DVec2, DVec3};
 use mesh::{Topology, TriangleMesh};
 use solve::SolveError;
 use solve::cholesky::Factor;
-use std::f64::consts::TAU;
 
 /// Why there is no map.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -34,14 +30,6 @@ pub enum ParametrizeError {
     Degenerate {
         /// The first such triangle.
         triangle: u32,
-    },
-    /// The border positions do not name each border vertex once.
-    #[error("vertex {vertex} is not on the border or is named twice; give each of the {expected} border vertices once")]
-    Border {
-        /// The first vertex that breaks the rule, or a border vertex left out.
-        vertex: u32,
-        /// Number of border vertices.
-        expected: usize,
     },
     /// Fewer than two distinct vertices are pinned, or one of them does not exist.
     #[error("pin at least two different vertices of the mesh; pin {pin} does not count")]
@@ -190,97 +178,13 @@ fn nearest(corners: [DVec2; 3], p: DVec2) -> (f64, DVec3) {
     best
 }
 
-/// Border vertices of a disk on a regular polygon of radius 1, its first corner at (1, 0), counter-clockwise, by arc length
-/// within each side. `sides` are vertex paths, counter-clockwise, each ending where the next one starts.
-pub fn on_regular_polygon(mesh: &TriangleMesh, sides: &[Vec<u32>]) -> Vec<(u32, DVec2)> {
-    let corner = |k: usize| DVec2::from_angle(TAU * (k % sides.len()) as f64 / sides.len() as f64);
-    let mut border = Vec::new();
-    for (k, side) in sides.iter().enumerate() {
-        let steps = side.windows(2).map(|w| mesh.positions[w[0] as usize].distance(mesh.positions[w[1] as usize]));
-        let lengths: Vec<f64> = steps.collect();
-        let total: f64 = lengths.iter().sum();
-        let mut walked = 0.0;
-        for (&v, length) in side.iter().zip(&lengths) {
-            border.push((v, corner(k).lerp(corner(k + 1), walked / total)));
-            walked += length;
-        }
-    }
-    border
-}
-
-/// Maps a disk into a convex polygon given by the position of every border vertex. The map is one-to-one when the border is
-/// convex, counter-clockwise, and no triangle has its three corners on one straight side.
-///
-/// Costs one sparse factorisation of the normal equations, O(n^1.5) in the inner vertices.
-///
-/// # Errors
-/// [`ParametrizeError`]: all but `Pins`.
-pub fn mean_value(mesh: &TriangleMesh, border: &[(u32, DVec2)]) -> Result<Flat, ParametrizeError> {
-    let topology = check_disk(mesh)?;
-    let on_border: Vec<bool> = (0..mesh.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect();
-    let expected = on_border.iter().filter(|&&b| b).count();
-    let mut uv: Vec<Option<DVec2>> = vec![None; mesh.positions.len()];
-    for &(vertex, position) in border {
-        if !on_border.get(vertex as usize).copied().unwrap_or(false) || uv[vertex as usize].replace(position).is_some()
-        {
-            return Err(ParametrizeError::Border { vertex, expected });
-        }
-    }
-    if let Some(left_out) = (0..uv.len()).find(|&v| on_border[v] && uv[v].is_none()) {
-        return Err(ParametrizeError::Border { vertex: left_out as u32, expected });
-    }
-    // One row an inner vertex: its position less the weighted mean of its neighbours is zero.
-    let mut unknown = vec![None; uv.len()];
-    let inner: Vec<u32> = (0..uv.len() as u32)
-        .filter(|&v| topology.outgoing[v as usize] != mesh::NONE && !on_border[v as usize])
-        .collect();
-    for (i, &v) in inner.iter().enumerate() {
-        unknown[v as usize] = Some(i);
-    }
-    let at = |v: u32| mesh.positions[v as usize];
-    let mut system = LeastSquares::new(inner.len());
-    for &v in &inner {
-        let weight = |h: u32| {
-            let [to, left, right] = [
-                topology.to(h),
-                topology.from(topology.prev[h as usize]),
-                topology.to(topology.next[topology.twin[h as usize] as usize]),
-            ];
-            let edge = at(to) - at(v);
-            let half = |other: u32| (edge.angle_between(at(other) - at(v)) / 2.0).tan();
-            (to, (half(left) + half(right)) / edge.length())
-        };
-        let weights: Vec<(u32, f64)> = topology.around(v).map(weight).collect();
-        let sum: f64 = weights.iter().map(|w| w.1).sum();
-        let mut row = vec![(inner_index(&unknown, v), 1.0)];
-        let mut right = DVec2::ZERO;
-        for (to, weight) in weights {
-            match (uv[to as usize], unknown[to as usize]) {
-                (Some(position), _) => right += position * weight / sum,
-                (None, Some(j)) => row.push((j, -weight / sum)),
-                (None, None) => {}
-            }
-        }
-        system.add(&row, [right.x, right.y]);
-    }
-    let solution = system.solve()?;
-    let place = |(v, known): (usize, &Option<DVec2>)| {
-        known.or(unknown[v].map(|i| DVec2::new(solution[0][i], solution[1][i]))).unwrap_or(DVec2::ZERO)
-    };
-    Ok(Flat::new(uv.iter().enumerate().map(place).collect(), mesh.triangles.clone()))
-}
-
-fn inner_index(unknown: &[Option<usize>], v: u32) -> usize {
-    unknown[v as usize].unwrap_or_default()
-}
-
 /// Maps a disk to the plane with the least change of angles, with some vertices pinned. Two pins far apart are enough; see
 /// [`Flat::flipped`] for whether it folds.
 ///
 /// Costs one sparse factorisation of twice as many unknowns as there are free vertices.
 ///
 /// # Errors
-/// [`ParametrizeError`]: all but `Border`.
+/// [`ParametrizeError`].
 pub fn lscm(mesh: &TriangleMesh, pins: &[(u32, DVec2)]) -> Result<Flat, ParametrizeError> {
     let topology = check_disk(mesh)?;
     let mut uv: Vec<Option<DVec2>> = vec![None; mesh.positions.len()];

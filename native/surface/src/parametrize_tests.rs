@@ -9,16 +9,8 @@ fn hill(p: DVec2) -> DVec3 {
     p.extend(0.8 * (3.0 * p.x).sin() * p.y)
 }
 
-/// A disk on a polygon with `n` sides, border vertices in order from 0.
-fn polygon_sides(mesh: &TriangleMesh, n: usize) -> Vec<Vec<u32>> {
-    let topology = Topology::of_triangles(mesh);
-    let border: Vec<u32> = topology.border_loops()[0].iter().map(|&h| topology.from(h)).collect();
-    let cut = |k: usize| border.len() * k / n;
-    (0..n).map(|k| (cut(k)..=cut(k + 1)).map(|i| border[i % border.len()]).collect()).collect()
-}
-
 #[test]
-fn both_maps_reproduce_a_plane_disk() {
+fn a_plane_disk_is_reproduced() {
     let mesh = plane_region(&[subdivided(&square(), 0.13)], |p| p.extend(0.0));
     let flat = |v: usize| mesh.positions[v].truncate();
     let topology = Topology::of_triangles(&mesh);
@@ -27,33 +19,12 @@ fn both_maps_reproduce_a_plane_disk() {
         .map(|v| (v as u32, flat(v)))
         .collect();
     let pins = [border[0], border[border.len() / 2]];
-    for map in [mean_value(&mesh, &border), lscm(&mesh, &pins), lscm(&mesh, &border)] {
+    for map in [lscm(&mesh, &pins), lscm(&mesh, &border)] {
         let map = map.expect("a map");
         assert!(map.flipped().is_empty());
         for v in 0..mesh.positions.len() {
             assert!(map.uv[v].distance(flat(v)) < 1e-8, "{v}");
         }
-    }
-}
-
-#[test]
-fn mean_values_never_fold_on_regular_polygons() {
-    for n in 3..=6 {
-        let mesh = plane_region(&[circle(DVec2::new(0.4, 0.2), 1.0, 36)], hill);
-        let sides = polygon_sides(&mesh, n);
-        let border = on_regular_polygon(&mesh, &sides);
-        let map = mean_value(&mesh, &border).expect("a map");
-        assert!(map.flipped().is_empty());
-        // The polygon's area is covered once.
-        let area: f64 = mesh
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|v| map.uv[v as usize]);
-                (b - a).perp_dot(c - a) / 2.0
-            })
-            .sum();
-        assert!((area - n as f64 / 2.0 * (TAU / n as f64).sin()).abs() < 1e-9);
     }
 }
 
@@ -88,7 +59,7 @@ fn lscm_keeps_the_angles_of_a_cone() {
 #[test]
 fn located_points_lie_under_the_query() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 1.0, 40)], hill);
-    let map = mean_value(&mesh, &on_regular_polygon(&mesh, &polygon_sides(&mesh, 5))).expect("a map");
+    let map = Flat::new(mesh.positions.iter().map(|p| p.truncate()).collect(), mesh.triangles.clone());
     let over = |l: Location| -> DVec2 {
         (0..3).map(|k| map.uv[mesh.triangles[l.triangle as usize][k] as usize] * l.weights[k]).sum()
     };
@@ -115,9 +86,4 @@ fn bad_input_is_named() {
     assert_eq!(lscm(&disk, &[(0, DVec2::X)]).unwrap_err(), ParametrizeError::Pins { pin: 1 });
     assert_eq!(lscm(&disk, &[(0, DVec2::X), (0, DVec2::Y)]).unwrap_err(), ParametrizeError::Pins { pin: 1 });
     assert_eq!(lscm(&disk, &[(9999, DVec2::X)]).unwrap_err(), ParametrizeError::Pins { pin: 0 });
-    assert_eq!(
-        mean_value(&disk, &[(25, DVec2::X)]).unwrap_err(),
-        ParametrizeError::Border { vertex: 25, expected: 20 }
-    );
-    assert_eq!(mean_value(&disk, &[(0, DVec2::X)]).unwrap_err(), ParametrizeError::Border { vertex: 1, expected: 20 });
 }

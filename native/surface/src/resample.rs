@@ -87,6 +87,21 @@ pub enum ResampleError {
     Cancelled(#[from] Cancelled),
 }
 
+impl ResampleError {
+    /// The chain it is about.
+    pub fn chain(&self) -> Option<usize> {
+        match *self {
+            Self::NotAPath { chain, .. }
+            | Self::BadPosition { chain, .. }
+            | Self::TooFewSamples { chain }
+            | Self::Crossing { chain, .. }
+            | Self::Kept { chain, .. }
+            | Self::Topology { chain } => Some(chain),
+            Self::Cancelled(_) => None,
+        }
+    }
+}
+
 /// A sample nearer than this to a vertex of the chain, as a fraction of the chain, is that vertex.
 const SNAP: f64 = 1e-9;
 

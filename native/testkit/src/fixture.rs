@@ -4,21 +4,14 @@ use crate::obj;
 use mesh::PolygonMesh;
 use std::path::Path;
 
-/// Closed, manifold, pure-quad meshes of one component, for [`fixture`]. All but `bob_control` are free of self-intersections.
-pub const QUAD_FIXTURES: [&str; 12] = [
-    "blub_quad",
-    "bob_control",
-    "cubespikes",
-    "lagrange_cube_edge_sharp",
-    "makehuman_body",
-    "makehuman_left_eye",
-    "makehuman_tongue",
-    "osd_righthanded",
-    "osd_toroidal_tet",
-    "osd_torus",
-    "quadknot",
-    "spot_quad",
-];
+/// Closed, manifold, pure-quad meshes of one component, free of self-intersections, for [`fixture`]: those of the random
+/// placements, from `blend_fixtures/placements.txt`. Seeds refer to their order.
+pub fn placement_fixtures() -> Vec<&'static str> {
+    include_str!("../../../blend_fixtures/placements.txt").lines().collect()
+}
+
+/// A closed, manifold, pure-quad mesh of one component that intersects itself, for [`fixture`].
+pub const SELF_INTERSECTING_FIXTURE: &str = "bob_control";
 
 /// Meshes with a border, triangles, n-gons or a defect, for [`fixture`].
 pub const REJECT_FIXTURES: [&str; 12] = [
@@ -54,7 +47,7 @@ mod tests {
 
     #[test]
     fn the_lists_say_what_the_files_hold() {
-        for name in QUAD_FIXTURES {
+        for name in placement_fixtures().into_iter().chain([SELF_INTERSECTING_FIXTURE]) {
             let mesh = fixture(name);
             assert!(mesh.is_pure_quad(), "{name}");
             assert_eq!(oracle::closed_manifold(&mesh), Ok(()), "{name}");

@@ -11,5 +11,5 @@ pub mod shapes;
 pub mod strategy;
 mod svg;
 
-pub use fixture::{QUAD_FIXTURES, REJECT_FIXTURES, fixture};
+pub use fixture::{REJECT_FIXTURES, SELF_INTERSECTING_FIXTURE, fixture, placement_fixtures};
 pub use svg::svg;

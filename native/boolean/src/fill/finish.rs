@@ -51,3 +51,7 @@ fn finish_with(region: &Region, fill: &Fill, options: &ImproveOptions, monitor: 
         .map_err(|error| monitor.check().map_or_else(Declined::Cancelled, |()| Declined::Because(error.to_string())))?;
     Ok(Fill { positions: better.patch.positions[region.rim_count..].to_vec(), quads: better.patch.quads })
 }
+
+#[cfg(test)]
+#[path = "finish_tests.rs"]
+mod tests;

@@ -290,11 +290,11 @@ impl Disk {
         let first = self.border[0];
         let away = |v: u32| at(v).distance(at(first));
         let far = self.border.iter().copied().max_by(|&a, &b| away(a).total_cmp(&away(b)))?;
-        let uv = lscm(&self.mesh, &[(first, DVec2::ZERO), (far, DVec2::new(away(far), 0.0))]).ok()?.uv;
-        let upright = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| uv[v as usize]);
-            (b - a).perp_dot(c - a) > 0.0
-        };
-        self.mesh.triangles.iter().all(upright).then_some(uv)
+        let map = lscm(&self.mesh, &[(first, DVec2::ZERO), (far, DVec2::new(away(far), 0.0))]).ok()?;
+        map.flipped().is_empty().then_some(map.uv)
     }
 }
+
+#[cfg(test)]
+#[path = "patches_tests.rs"]
+mod tests;

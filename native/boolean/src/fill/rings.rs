@@ -326,40 +326,9 @@ impl Quads {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fill::Under;
-    use crate::intersect::Source;
+    use crate::fill::test_region::region as annulus;
     use glam::{DVec2, DVec3};
-    use surface::closest::ClosestPoint;
-    use testkit::plane_region::{circle, plane_region, subdivided};
-
-    /// The region between plane loops, lifted, its rim first.
-    fn annulus(loops: &[Vec<DVec2>], lift: impl Fn(DVec2) -> DVec3) -> Region {
-        let surface = plane_region(loops, lift);
-        let topology = Topology::of_triangles(&surface);
-        let walk = |w: Vec<u32>| w.into_iter().map(|h| topology.from(h)).collect::<Vec<u32>>();
-        let loops: Vec<Vec<u32>> = topology.border_loops().into_iter().map(walk).collect();
-        let rim_count = loops.iter().map(Vec::len).sum();
-        let edge = |w: &Vec<u32>, k: usize| {
-            surface.positions[w[k] as usize].distance(surface.positions[w[(k + 1) % w.len()] as usize])
-        };
-        let total: f64 = loops.iter().flat_map(|w| (0..w.len()).map(move |k| edge(w, k))).sum();
-        let triangles = surface.triangles.len();
-        Region {
-            rim_count,
-            rim: (0..rim_count as u32).collect(),
-            loops,
-            inner_lines: vec![],
-            line_edges: vec![],
-            outside: vec![0; rim_count],
-            size: vec![total / rim_count as f64; surface.positions.len()],
-            under: Under {
-                closest: ClosestPoint::new(&surface),
-                normals: (0..triangles).map(|t| surface.area_normal(t).normalize()).collect(),
-                source: vec![Source { mesh: 0, triangle: 0 }; triangles],
-            },
-            surface,
-        }
-    }
+    use testkit::plane_region::{circle, subdivided};
 
     fn filled(region: &Region) -> (Fill, usize) {
         let fill = fill(region, 1.0, &Monitor::new()).unwrap();

@@ -1,7 +1,7 @@
 //! A quad mesh that can be edited and put back: every operator is "take these quads out, put those in", kept in a journal.
 
 use super::ImproveError;
-use mesh::DVec3;
+use mesh::{DVec3, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 use surface::smooth::Constraint;
 
@@ -30,14 +30,10 @@ pub(super) struct Editable {
     pub anchored: Vec<bool>,
     /// Edge length wanted round each vertex.
     pub size: Vec<f64>,
-    features: BTreeSet<(u32, u32)>,
+    features: BTreeSet<[u32; 2]>,
     /// Quads wanted in each sector of an anchored vertex, by the vertex its first edge (counter-clockwise) goes to.
     sectors: BTreeMap<(u32, u32), u32>,
     journal: Vec<Step>,
-}
-
-fn key(a: u32, b: u32) -> (u32, u32) {
-    (a.min(b), a.max(b))
 }
 
 /// Cost of a vertex `off` quads from its ideal valence: 1, 3, 6, ... so that two small errors are better than one large one.
@@ -68,7 +64,7 @@ impl Editable {
             constraints,
             anchored: vec![false; n],
             size: vec![0.0; n],
-            features: features.iter().map(|&[a, b]| key(a, b)).collect(),
+            features: features.iter().map(|&[a, b]| sorted(a, b)).collect(),
             sectors: BTreeMap::new(),
             journal: Vec::new(),
         };
@@ -86,7 +82,7 @@ impl Editable {
             for k in 0..4 {
                 let (a, b) = (quad[k], quad[(k + 1) & 3]);
                 let border = !directed.contains(&(b, a));
-                if border || mesh.features.contains(&key(a, b)) {
+                if border || mesh.features.contains(&sorted(a, b)) {
                     mesh.anchored[a as usize] = true;
                     mesh.anchored[b as usize] = true;
                 }
@@ -104,7 +100,7 @@ impl Editable {
     }
 
     pub(super) fn is_feature(&self, a: u32, b: u32) -> bool {
-        self.anchored[a as usize] && self.anchored[b as usize] && self.features.contains(&key(a, b))
+        self.anchored[a as usize] && self.anchored[b as usize] && self.features.contains(&sorted(a, b))
     }
 
     /// The quad with the directed edge a-b, and the corner of a in it.

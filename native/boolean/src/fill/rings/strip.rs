@@ -137,12 +137,12 @@ fn cut(mesh: &TriangleMesh, topology: &Topology, loops: [&[u32]; 2]) -> Result<V
             end = Some(v);
             break;
         }
-        crate::plan::for_each_neighbour(topology, v, |u| {
+        for u in topology.neighbours(v) {
             if before[u as usize] == mesh::NONE {
                 before[u as usize] = v;
                 queue.push_back(u);
             }
-        });
+        }
     }
     let mut path = vec![end.ok_or_else(|| Declined::Because("the two border loops do not belong together".into()))?];
     while before[path[path.len() - 1] as usize] != path[path.len() - 1] {
