@@ -114,7 +114,7 @@ def run(case: Case) -> Row:
         return row
     row["seconds"] = time.monotonic() - start
     report = result.report
-    wins = Counter(region["filler"] for region in report["regions"])
+    wins = Counter((region["filler"], why(region)) for region in report["regions"])
     offsets = result.mesh.face_offsets
     faces = [list(map(int, face)) for face in np.split(result.mesh.corner_verts, offsets[1:-1])]
     positions = result.mesh.positions
@@ -123,12 +123,21 @@ def run(case: Case) -> Row:
     judged = judge(placement, (positions, faces), curve_edge(result), case)
     row |= {
         "outcome": "made",
-        "fillers": " ".join(f"{name}:{count}" for name, count in sorted(wins.items())),
+        "fillers": "; ".join(f"{name}, {reason}: {count}" for (name, reason), count in sorted(wins.items())),
         "retries": len(report["retries"]),
         **judged,
     }
     row["cause"] = ", ".join(name for name, test in {**SOUND, **CLEAN_MUST}.items() if not test(row))
     return row
+
+
+def why(region: dict[str, Any]) -> str:
+    """Why a region's filler won it."""
+    rivals = set(region["scores"]) - {region["filler"]}
+    declined = set(region["declined"]) - {region["filler"]}
+    if rivals:
+        return "lowest score of " + ", ".join(sorted(region["scores"]))
+    return "good, no other tried" if not declined else "declined by " + ", ".join(sorted(declined))
 
 
 def judge(placement: Placement, result: Polygons, edge: float, case: Case) -> Row:
@@ -227,10 +236,12 @@ def show(rows: Sequence[Row]) -> None:
         print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
     wins: Counter[str] = Counter()
     for row in rows:
-        for entry in row.get("fillers", "").split():
-            name, count = entry.split(":")
+        for entry in filter(None, row.get("fillers", "").split("; ")):
+            name, count = entry.split(": ")
             wins[name] += int(count)
-    print("\nregions won: " + (", ".join(f"{name} {count}" for name, count in wins.most_common()) or "none"))
+    print("\nregions won, and why:")
+    for name, count in wins.most_common():
+        print(f"{count:6} {name}")
     missed = [row for row in rows if row["cause"]]
     print(f"\ncases that miss a must: {len(missed)}")
     for row in missed:

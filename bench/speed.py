@@ -77,8 +77,12 @@ def irregular_after_quadriflow(made: Any, faces: int) -> int | None:
     """Irregular vertices of QuadriFlow's remesh at that face count; None when QuadriFlow gives up."""
     bpy.context.view_layer.objects.active = made
     made.select_set(True)
+    # The cut leaves slivers and near-double vertices, which QuadriFlow takes for holes.
+    weld = made.modifiers.new("Weld", "WELD")
+    weld.merge_threshold = 1e-4 * max(made.dimensions)
     triangulate = made.modifiers.new("Triangulate", "TRIANGULATE")
-    bpy.ops.object.modifier_apply(modifier=triangulate.name)
+    for modifier in (weld, triangulate):
+        bpy.ops.object.modifier_apply(modifier=modifier.name)
     try:
         done = bpy.ops.object.quadriflow_remesh(mode="FACES", target_faces=faces, use_preserve_sharp=True)
     except RuntimeError as error:

@@ -5,6 +5,7 @@ use crate::band::Band;
 use crate::intersect::Cut;
 use crate::stitch::Stitched;
 use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, scaled_jacobian, volume};
+use rayon::prelude::*;
 use solve::components::connected_components;
 use surface::closest::ClosestPoint;
 
@@ -13,6 +14,10 @@ pub const DISTANCE_GOAL: f64 = 0.005;
 
 /// Distance at which a result is rejected: the bar is 1%, and sampling misses a little.
 const DISTANCE_LIMIT: f64 = 0.009;
+
+/// Distance between the samples on a triangle, as a fraction of the diagonal, and the most steps along a side of one.
+const SAMPLE_STEP: f64 = 0.004;
+const MOST_STEPS: f64 = 12.0;
 
 /// Largest allowed change of volume, relative.
 pub const VOLUME_LIMIT: f64 = 0.01;
@@ -170,15 +175,22 @@ pub fn validate(
     let filled: Vec<u32> =
         subset.into_iter().filter(|&t| stitched.face_region[face_of[t as usize] as usize] != NONE).collect();
     if !filled.is_empty() {
-        verdict.distance = distance(&triangles, &filled, band, monitor)? / diagonal;
+        verdict.distance = distance(&triangles, &filled, band, diagonal, monitor)? / diagonal;
     }
     let exact = volume(&cut.surface);
     verdict.volume_error = (volume(&triangles) - exact).abs() / exact.abs().max(1e-300);
     Ok(verdict)
 }
 
-/// Largest distance between the band and the new triangles, both ways, sampled at corners, edge middles and centres.
-fn distance(triangles: &TriangleMesh, new: &[u32], band: &Band, monitor: &Monitor) -> Result<f64, Cancelled> {
+/// Largest distance between the band and the new triangles, both ways, sampled on a grid of [`SAMPLE_STEP`] on each
+/// triangle, corners and border included.
+fn distance(
+    triangles: &TriangleMesh,
+    new: &[u32],
+    band: &Band,
+    diagonal: f64,
+    monitor: &Monitor,
+) -> Result<f64, Cancelled> {
     let made = TriangleMesh {
         positions: triangles.positions.clone(),
         triangles: new.iter().map(|&t| triangles.triangles[t as usize]).collect(),
@@ -186,15 +198,22 @@ fn distance(triangles: &TriangleMesh, new: &[u32], band: &Band, monitor: &Monito
     let mut worst = 0.0_f64;
     for (from, to) in [(&made, &band.surface), (&band.surface, &made)] {
         let target = ClosestPoint::new(to);
-        for t in 0..from.triangles.len() {
-            if t % 256 == 0 {
-                monitor.check()?;
-            }
+        let furthest = |t: usize| {
             let [a, b, c] = from.points(t);
-            for p in [a, b.midpoint(c), (a + b + c) / 3.0] {
-                worst = worst.max(target.project(p).distance);
-            }
-        }
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let steps = (longest / (SAMPLE_STEP * diagonal)).ceil().clamp(2.0, MOST_STEPS) as u32;
+            let grid = (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| (i, j)));
+            let at = |(i, j)| {
+                let [u, v] = [i, j].map(|k: u32| f64::from(k) / f64::from(steps));
+                a + (b - a) * u + (c - a) * v
+            };
+            grid.map(|place| target.project(at(place)).distance).fold(0.0, f64::max)
+        };
+        let found = (0..from.triangles.len()).into_par_iter().map(|t| {
+            monitor.check()?;
+            Ok(furthest(t))
+        });
+        worst = found.try_reduce(|| worst, |a, b| Ok(a.max(b)))?;
     }
     Ok(worst)
 }
