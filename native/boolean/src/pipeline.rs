@@ -19,6 +19,9 @@ use solve::components::connected_components;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+/// Attempts after the first that are made for the shape alone.
+const TRIES_FOR_SHAPE: usize = 2;
+
 /// What is varied when validation fails: edge length on the lines and in the band, width of the band, filler.
 #[derive(Debug, Clone, Copy)]
 struct Attempt {
@@ -149,14 +152,17 @@ impl Job<'_> {
                 }
                 Err(error) => return Err(error),
             };
-            if !done.verdict.is_valid() {
-                self.note(attempt, &done.verdict.complaints());
+            let verdict = &done.verdict;
+            let (is_valid, is_shapely) = (verdict.is_valid(), verdict.is_shapely());
+            if !is_valid || !is_shapely {
+                self.note(attempt, &verdict.complaints());
             }
-            let valid = done.verdict.is_valid();
-            if best.as_ref().is_none_or(|b| done.verdict.score() < b.verdict.score()) {
+            if best.as_ref().is_none_or(|b| verdict.score() < b.verdict.score()) {
                 best = Some(done);
             }
-            if valid {
+            // For its shape alone a valid result gets two more tries.
+            let is_good = best.as_ref().is_some_and(|b| b.verdict.is_valid());
+            if (is_valid && is_shapely) || (is_good && k >= TRIES_FOR_SHAPE) {
                 break;
             }
         }

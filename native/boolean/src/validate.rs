@@ -16,11 +16,14 @@ pub const DISTANCE_GOAL: f64 = 0.005;
 const DISTANCE_LIMIT: f64 = 0.009;
 
 /// Distance between the samples on a triangle, as a fraction of the diagonal, and the most steps along a side of one.
-const SAMPLE_STEP: f64 = 0.004;
-const MOST_STEPS: f64 = 12.0;
+const SAMPLE_STEP: f64 = 0.005;
+const MOST_STEPS: f64 = 8.0;
 
 /// Largest allowed change of volume, relative.
 pub const VOLUME_LIMIT: f64 = 0.01;
+
+/// A result whose worst quad has a smaller scaled Jacobian is worth another try.
+const WANTED_JACOBIAN: f64 = 0.06;
 
 /// What was found.
 #[derive(Debug, Clone, Default)]
@@ -54,6 +57,11 @@ impl Verdict {
             && self.volume_error <= VOLUME_LIMIT
     }
 
+    /// The worst new quad has a sound shape.
+    pub fn is_shapely(&self) -> bool {
+        self.jacobian_min >= WANTED_JACOBIAN
+    }
+
     /// Measures the shape of the new faces.
     pub fn measure_shape(&mut self, stitched: &Stitched) {
         let new = stitched.new_faces();
@@ -81,6 +89,7 @@ impl Verdict {
             + (self.distance / DISTANCE_LIMIT - 1.0).max(0.0)
             + (self.volume_error / VOLUME_LIMIT - 1.0).max(0.0)
             + 0.1 * (1.0 - self.jacobian_mean)
+            + 0.1 * (1.0 - self.jacobian_min)
     }
 
     /// The complaints in words.
@@ -100,6 +109,9 @@ impl Verdict {
         }
         if self.volume_error > VOLUME_LIMIT {
             words.push(format!("{:.2}% of the volume lost or won", 100.0 * self.volume_error));
+        }
+        if self.jacobian_min < WANTED_JACOBIAN {
+            words.push(format!("a quad with scaled Jacobian {:.3}", self.jacobian_min));
         }
         words.join(", ")
     }
