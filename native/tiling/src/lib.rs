@@ -1,0 +1,28 @@
+//! Tri-Quad Tiling: meshes of unit equilateral triangles and squares inside a given outline.
+//!
+//! Follows C.-H. Peng, H. Pottmann, P. Wonka, Designing Patterns using Triangle-Quad Hybrid Meshes, ACM TOG 37(4), 2018,
+//! sections 3 and 6; docs/papers.md maps sections to files. Everything is exact: no decision rests on a rounded number.
+
+mod boundary;
+mod certificate;
+mod corner;
+mod error;
+mod graph;
+mod options;
+mod plane;
+mod random;
+mod region;
+mod symmetry;
+mod tile;
+mod tilings;
+mod value;
+
+pub use boundary::Boundary;
+pub use certificate::Certificate;
+pub use error::TilingError;
+pub use mesh::Cancelled;
+pub use num_bigint::BigUint;
+pub use options::Options;
+pub use plane::{Direction, Isometry, Point, Surd};
+pub use tile::{Configuration, Kind, Tile, Tiling};
+pub use tilings::{Tilings, count_tilings, is_tileable};
