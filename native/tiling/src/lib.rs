@@ -1,12 +1,13 @@
 //! Tri-Quad Tiling: meshes of unit equilateral triangles and squares inside a given outline.
 //!
 //! Follows C.-H. Peng, H. Pottmann, P. Wonka, Designing Patterns using Triangle-Quad Hybrid Meshes, ACM TOG 37(4), 2018,
-//! sections 3 and 6; docs/papers.md maps sections to files. Everything is exact: no decision rests on a rounded number.
+//! parts 3 and 6; docs/papers.md maps its sections to files. Everything is exact: no decision rests on a rounded number.
 
 mod boundary;
 mod certificate;
 mod corner;
 mod error;
+mod explain;
 mod graph;
 mod options;
 mod plane;
@@ -20,6 +21,7 @@ mod value;
 pub use boundary::Boundary;
 pub use certificate::Certificate;
 pub use error::TilingError;
+pub use explain::{Explanation, Verdict, explain_boundary};
 pub use mesh::Cancelled;
 pub use num_bigint::BigUint;
 pub use options::Options;
