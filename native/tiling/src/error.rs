@@ -1,6 +1,7 @@
 //! Why a boundary cannot be tiled, or the tilings not be had.
 
 use mesh::Cancelled;
+use solve::SolveError;
 
 /// Failure of this crate's functions, with the elements to look at.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -25,6 +26,9 @@ pub enum TilingError {
         /// The limit.
         bytes: usize,
     },
+    /// The integer programme could not be solved.
+    #[error("{0}")]
+    Solver(#[from] SolveError),
     /// An option is out of range.
     #[error("{0}")]
     Option(String),

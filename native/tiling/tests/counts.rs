@@ -2,9 +2,10 @@
 
 use mesh::Monitor;
 use proptest::prelude::*;
+use std::collections::BTreeSet;
 use testkit::outlines;
 use testkit::random::Random;
-use tiling::{Boundary, Certificate, Options, count_tilings, is_tileable};
+use tiling::{Boundary, Certificate, Options, Tiling, Tilings, count_tilings, is_tileable, tilings_by_programme};
 
 fn boundary(code: &[u8]) -> Boundary {
     Boundary::new(code).unwrap_or_else(|error| panic!("{code:?}: {error}"))
@@ -52,6 +53,18 @@ fn the_papers_outlines() {
     assert_eq!(count(&[5; 12]), 2);
 }
 
+/// The tilings of the integer programme and those of the state graph, as sets of tiles.
+fn check_programme(code: &[u8]) {
+    let (outline, monitor) = (boundary(code), Monitor::new());
+    let mut graph = Tilings::new(&outline, &Options::default(), &monitor).unwrap();
+    let count: u32 = graph.count().try_into().unwrap();
+    let tiles = |tiling: Tiling| tiling.tiles.iter().map(|tile| tile.normalised()).collect::<BTreeSet<_>>();
+    let of_graph: BTreeSet<_> = (0..count).map(|k| tiles(graph.get(&k.into(), &monitor).unwrap().unwrap())).collect();
+    let of_programme = tilings_by_programme(&outline, usize::MAX, &monitor).unwrap();
+    assert_eq!(of_programme.len(), count as usize, "{code:?}");
+    assert_eq!(of_programme.into_iter().map(tiles).collect::<BTreeSet<_>>(), of_graph, "{code:?}");
+}
+
 /// Compares everything that is known of a code with what trying finds.
 fn check(code: &[u8]) -> Result<(), TestCaseError> {
     let tried = outlines::count_by_trying(code);
@@ -89,4 +102,29 @@ fn random_codes_agree_with_trying() {
         tileable += usize::from(count(&code) > 0);
     }
     assert!((250..400).contains(&tileable), "{tileable}");
+}
+
+#[test]
+fn the_integer_programme_finds_the_same_tilings_of_short_codes() {
+    for edges in 3..=9 {
+        for code in outlines::all_codes(edges) {
+            check_programme(&code);
+        }
+    }
+}
+
+#[test]
+fn the_integer_programme_finds_the_same_tilings_of_random_codes() {
+    let mut random = Random::new(20);
+    for k in 0..500 {
+        let code = if k % 2 == 0 {
+            outlines::random_code(10 + k % 11, &mut random)
+        } else {
+            outlines::random_tileable(4 + k % 12, &mut random)
+        };
+        check_programme(&code);
+    }
+    // Some with many tilings.
+    check_programme(&dodecagon(1, 1));
+    check_programme(&dodecagon(1, 2));
 }
