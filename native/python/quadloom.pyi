@@ -1,6 +1,7 @@
-"""Pure-quad booleans of polygon meshes. Meshes are in Blender's own layout, lengths in scene units."""
+"""Pure-quad booleans of polygon meshes, and triangle-quad tilings of outlines. Meshes are in Blender's own layout, lengths
+in scene units."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "BooleanResult",
+    "Boundary",
     "Cancelled",
     "CornerSources",
     "Defects",
@@ -16,9 +18,16 @@ __all__ = [
     "InvalidMeshError",
     "Mesh",
     "QuadloomError",
+    "Symmetry",
+    "Tiling",
+    "TilingIterator",
+    "Tilings",
     "__version__",
     "boolean",
     "check",
+    "count_tilings",
+    "explain_boundary",
+    "tilings",
 ]
 
 __version__: str
@@ -180,3 +189,136 @@ def boolean(
     progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 
     Raises InvalidMeshError, InfeasibleError, Cancelled, or QuadloomError when an option is out of range."""
+
+@final
+class Boundary:
+    """What `explain_boundary` finds; true when the outline has a tiling."""
+
+    @property
+    def verdict(
+        self,
+    ) -> Literal["angle", "turning", "open", "not_simple", "refuted", "untileable", "tileable"]:
+        """The first fault found, or none."""
+    @property
+    def sentence(self) -> str:
+        """What is wrong and what to change, or what any tiling consists of."""
+    @property
+    def corners(self) -> _Indices:
+        """(N,) the corners at fault; for "not_simple" pairs of edges, by the corners they leave."""
+    @property
+    def points(self) -> _Floats:
+        """(V, 2) the corners, the first at the origin and the first edge along x; and the end when it is open."""
+    @property
+    def closes(self) -> bool:
+        """Whether the outline ends where it begins."""
+    @property
+    def simple(self) -> bool:
+        """Whether it closes without touching itself."""
+    @property
+    def tileable(self) -> bool:
+        """Whether it has a tiling."""
+    @property
+    def squares(self) -> tuple[int, int, int] | None:
+        """Squares of any tiling, turned by 0, 30 and 60 degrees; None when the outline does not close. A negative number
+        refutes it."""
+    @property
+    def triangles(self) -> tuple[int, int, int, int] | None:
+        """Triangles of any tiling, turned by 0, 30, 60 and 90 degrees; None when the outline does not close. A negative
+        number refutes it."""
+    @property
+    def defect(self) -> int | None:
+        """Other than zero, it refutes the outline; its size is the least number of thin rhombi that could help."""
+    def __bool__(self) -> bool: ...
+
+@final
+class Symmetry:
+    """A symmetry of an outline: a rotation about a centre or a reflection in an axis."""
+
+    @property
+    def reflection(self) -> bool:
+        """Whether it is a reflection."""
+    @property
+    def angle(self) -> float:
+        """Degrees: of a rotation the angle, of a reflection the direction of its axis."""
+    @property
+    def centre(self) -> tuple[float, float]:
+        """The centre of a rotation, or a point of the axis."""
+
+@final
+class Tiling:
+    """One tiling."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The tiles as a mesh with unit edges in the plane z = 0; the outline's first corner is the origin, its first edge
+        along x."""
+    @property
+    def orientations(self) -> _Indices:
+        """(F,) by how many times 30 degrees each face is turned; 0 to 3 for triangles, 0 to 2 for squares."""
+    @property
+    def configurations(self) -> dict[str, int]:
+        """How many inner vertices have each configuration: "triangles", "squares", "rows", "butterfly"."""
+    def svg(self, width: int = 800) -> str:
+        """A picture, `width` pixels wide: triangles warm, squares cold, a shade for each orientation."""
+
+@final
+class TilingIterator:
+    """Goes through `Tilings` in order."""
+
+    def __iter__(self) -> TilingIterator: ...
+    def __next__(self) -> Tiling: ...
+
+@final
+class Tilings:
+    """All tilings of an outline, in a fixed order: a sequence of `Tiling`."""
+
+    @property
+    def count(self) -> int:
+        """How many there are; `len` only takes numbers below 2^63."""
+    @property
+    def states(self) -> int:
+        """States of the search."""
+    @property
+    def symmetries(self) -> list[Symmetry]:
+        """The symmetries of the outline, the identity first."""
+    def __len__(self) -> int: ...
+    def __bool__(self) -> bool: ...
+    def __getitem__(self, index: int, /) -> Tiling: ...
+    def __iter__(self) -> Iterator[Tiling]: ...
+    def sample(self, n: int, seed: int = 0) -> list[Tiling]:
+        """`n` tilings drawn independently, each tiling equally likely; the same for the same seed. Empty when there is
+        none."""
+    def best(
+        self,
+        objective: Literal["regular", "fractured"] | Mapping[str, int],
+        *,
+        progress: _Progress | None = None,
+    ) -> tuple[Tiling, int] | None:
+        """A tiling with the least sum of weights over its inner vertices, proven, and that sum; None when there is none.
+
+        objective: "regular" (fewest butterflies), "fractured" (most), or integer weights by configuration: "triangles",
+        "squares", "rows" and "butterfly". A butterfly is a vertex with two triangles, a square, a triangle and a square
+        round it. Vertices of the outline have no weight."""
+    def symmetric(
+        self, group: Literal["reflection"] | int | Sequence[Symmetry], *, progress: _Progress | None = None
+    ) -> Tilings:
+        """Those tilings that are exactly symmetric.
+
+        group: "reflection" (in the axis with the most such tilings), a number n for n-fold rotation about the outline's
+        centre, or a list of `symmetries` that must all hold."""
+
+def count_tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> int:
+    """Number of ways to tile an outline by triangles and squares with unit edges; exact, of any size.
+
+    code: interior angles in units of 30 degrees, 2 to 11, counter-clockwise, of a closed simple polygon with unit edges.
+    memory: most bytes for the states of the search.
+    progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+    Raises QuadloomError when the code is no closed simple polygon (elements["corners"]) or the memory is used up."""
+
+def tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Tilings:
+    """All tilings of an outline by triangles and squares with unit edges, in a fixed order; they are made when asked for.
+    Arguments and errors as of `count_tilings`."""
+
+def explain_boundary(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Boundary:
+    """Says whether a boundary code closes, is simple and can be tiled; and if not, why not. Any code gets an answer."""

@@ -11,6 +11,7 @@ mod explain;
 mod graph;
 mod options;
 mod paths;
+mod picture;
 mod plane;
 mod programme;
 mod random;

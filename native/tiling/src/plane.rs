@@ -228,6 +228,17 @@ impl Isometry {
         if self.mirror { (12 + self.turn - direction) % 12 } else { (self.turn + direction) % 12 }
     }
 
+    /// The point that a turn leaves in place, or one on the axis of a mirror; rounded, for showing.
+    pub fn centre(self) -> [f64; 2] {
+        let [x, y] = self.shift.position();
+        if self.mirror || self.turn == 0 {
+            return [x / 2.0, y / 2.0];
+        }
+        // p = R p + shift: half the shift, and half of it turned left over the tangent of half the angle.
+        let cotangent = 1.0 / (f64::from(self.turn) * std::f64::consts::PI / 12.0).tan();
+        [f64::midpoint(x, -cotangent * y), f64::midpoint(y, cotangent * x)]
+    }
+
     /// `other` first, then `self`.
     #[must_use]
     pub fn after(self, other: Self) -> Self {
@@ -243,6 +254,15 @@ mod tests {
 
     fn point() -> impl Strategy<Value = Point> {
         prop::array::uniform4(-40..40).prop_map(Point)
+    }
+
+    impl Isometry {
+        /// Image of any point, rounded.
+        fn rounded(self, [x, y]: [f64; 2]) -> [f64; 2] {
+            let [x, y] = rotated([x, if self.mirror { -y } else { y }], f64::from(self.turn) * TAU / 12.0);
+            let [dx, dy] = self.shift.position();
+            [x + dx, y + dy]
+        }
     }
 
     fn close(p: [f64; 2], q: [f64; 2]) -> bool {
@@ -283,6 +303,12 @@ mod tests {
             prop_assert_eq!(f.after(g).point(p), f.point(g.point(p)));
             prop_assert_eq!(f.vector(Point::unit(b)), Point::unit(f.direction(b)));
             let d = p - q;
+            if m[0] == (f.after(f) == Isometry::default()) && (m[0] || a > 0) {
+                // What is left in place, or on the axis of a mirror that is no glide.
+                let [x, y] = f.centre();
+                let image = f.rounded([x, y]);
+                prop_assert!(close(image, [x, y]));
+            }
             prop_assert_eq!(f.vector(d).four_dot(f.vector(d)), d.four_dot(d));
         }
 
