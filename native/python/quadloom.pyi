@@ -13,6 +13,7 @@ __all__ = [
     "Cancelled",
     "CornerSources",
     "Defects",
+    "Fit",
     "InfeasibleError",
     "InternalError",
     "InvalidMeshError",
@@ -27,6 +28,7 @@ __all__ = [
     "check",
     "count_tilings",
     "explain_boundary",
+    "fit_boundary",
     "tilings",
 ]
 
@@ -322,3 +324,49 @@ def tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | 
 
 def explain_boundary(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Boundary:
     """Says whether a boundary code closes, is simple and can be tiled; and if not, why not. Any code gets an answer."""
+
+@final
+class Fit:
+    """What `fit_boundary` finds: an outline that can be tiled, near a curve."""
+
+    @property
+    def code(self) -> _Indices:
+        """(V,) the boundary code."""
+    @property
+    def points(self) -> _Floats:
+        """(V, 2) the corners in the plane of the curve."""
+    @property
+    def origin(self) -> tuple[float, float]:
+        """Where the first corner lies: a tiling's vertex p belongs at origin + edge_length * (p turned by rotation)."""
+    @property
+    def rotation(self) -> float:
+        """Direction of the first edge, radians."""
+    @property
+    def edge_length(self) -> float:
+        """As given."""
+    @property
+    def greatest_distance(self) -> float:
+        """Greatest distance from a point of either to the other, in edge lengths."""
+    @property
+    def mean_distance(self) -> float:
+        """Mean distance of the corners from the curve, in edge lengths."""
+
+def fit_boundary(
+    points: ArrayLike,
+    edge_length: float,
+    *,
+    rotation: float | None = None,
+    tries: int = 96,
+    seed: int = 0,
+    progress: _Progress | None = None,
+) -> Fit:
+    """The outline of a region near a closed curve that triangles and squares can tile.
+
+    points: (N, 2) floats, the corners of a polygon that does not cross itself, in either sense.
+    edge_length: of the tiles, in the units of the points.
+    rotation: angle between the x axis and the edges, up to multiples of 30 degrees; radians, None takes the best found.
+    tries: placements tried, 1 to 100000.
+    seed: another one tries others.
+
+    Raises QuadloomError for a curve that is too small for a tile or longer than 10000 edges. The outline keeps within about
+    0.7 edge lengths of the curve."""

@@ -176,3 +176,27 @@ def test_counting_is_cancelled_and_leaves_the_interpreter_free():
         stop.set()
         other.join()
     assert ticks > 5
+
+
+def test_a_curve_gets_an_outline_that_can_be_tiled():
+    angle = np.linspace(0, 2 * np.pi, 100, endpoint=False)
+    curve = np.column_stack((100 + 20 * np.cos(angle), 12 * np.sin(angle)))
+    fit = quadloom.fit_boundary(curve, 2.5, tries=24)
+    # Corners of the ellipse's outline, measured by its implicit equation, which is 1 on the curve.
+    implicit = np.hypot((fit.points[:, 0] - 100) / 20, fit.points[:, 1] / 12)
+    assert np.abs(implicit - 1).max() * 12 < 2.5
+    assert 0 < fit.mean_distance < fit.greatest_distance < 1
+    tiling = quadloom.tilings(fit.code)[0]
+    x, y = tiling.mesh.positions[:, :2].T
+    sin, cos = np.sin(fit.rotation), np.cos(fit.rotation)
+    placed = np.array(fit.origin) + fit.edge_length * np.column_stack((cos * x - sin * y, sin * x + cos * y))
+    for corner in fit.points:
+        assert np.linalg.norm(placed - corner, axis=1).min() < 1e-6
+    assert area(tiling.mesh) * 2.5**2 == pytest.approx(np.pi * 20 * 12, rel=0.05)
+
+
+@pytest.mark.parametrize("points", [[[0, 0], [1, 1]], [[0, 0, 0]] * 4, [[0, 0], [1, 0], [0, np.nan]]])
+def test_a_bad_curve_is_refused(points):
+    with pytest.raises(quadloom.QuadloomError) as caught:
+        quadloom.fit_boundary(points, 1.0)
+    assert caught.value.code == "option"

@@ -1,4 +1,4 @@
-//! Uniform random numbers below a bound of any size, that a seed repeats exactly on every machine.
+//! Random numbers, below a bound of any size too, that a seed repeats exactly on every machine.
 
 use num_bigint::BigUint;
 
@@ -17,6 +17,16 @@ impl Random {
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
+    }
+
+    /// 0 or 1.
+    pub(crate) fn bit(&mut self) -> u8 {
+        (self.bits() >> 63) as u8
+    }
+
+    /// A number in 0 (included) to 1 (excluded).
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// A number below `bound`, which must not be zero; each is equally likely.
