@@ -29,6 +29,7 @@ __all__ = [
     "count_tilings",
     "explain_boundary",
     "fit_boundary",
+    "repair_boundary",
     "tilings",
 ]
 
@@ -324,6 +325,12 @@ def tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | 
 
 def explain_boundary(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Boundary:
     """Says whether a boundary code closes, is simple and can be tiled; and if not, why not. Any code gets an answer."""
+
+def repair_boundary(
+    code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None
+) -> _Indices | None:
+    """The nearest boundary code that can be tiled: the fewest exchanges of neighbouring edges, each of which adds or removes
+    a rhombus of 30 degrees at the border; the code itself when it can be tiled. None when few exchanges do not help."""
 
 @final
 class Fit:

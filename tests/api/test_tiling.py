@@ -200,3 +200,13 @@ def test_a_bad_curve_is_refused(points):
     with pytest.raises(quadloom.QuadloomError) as caught:
         quadloom.fit_boundary(points, 1.0)
     assert caught.value.code == "option"
+
+
+def test_an_outline_without_tilings_is_repaired():
+    spoilt = [5, 5, 4, 7, 4, 5, 5, 5, 5, 5, 5, 5]
+    assert quadloom.count_tilings(spoilt) == 0
+    repaired = quadloom.repair_boundary(spoilt)
+    assert quadloom.count_tilings(repaired) > 0
+    # One exchange of edges changes three angles.
+    assert np.count_nonzero(repaired != np.array(spoilt)) == 3
+    assert quadloom.repair_boundary(DODECAGON).tolist() == DODECAGON

@@ -1,4 +1,5 @@
-//! `quadloom.count_tilings`, `tilings`, `explain_boundary`, `fit_boundary` and what they return.
+//! `quadloom.count_tilings`, `tilings`, `explain_boundary`, `repair_boundary`, `fit_boundary` and what
+//! they return.
 
 use crate::arrays;
 use crate::errors::{self, InternalError, QuadloomError};
@@ -24,6 +25,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(count_tilings, module)?)?;
     module.add_function(wrap_pyfunction!(fit_boundary, module)?)?;
     module.add_function(wrap_pyfunction!(tilings, module)?)?;
+    module.add_function(wrap_pyfunction!(repair_boundary, module)?)?;
     module.add_function(wrap_pyfunction!(explain_boundary, module)?)
 }
 
@@ -87,6 +89,26 @@ fn explain_boundary(
         ::tiling::explain_boundary(&code, &Options { memory }, monitor)
     })?;
     to_boundary(py, &explained.map_err(|error| to_exception(py, error))?)
+}
+
+/// The nearest boundary code that can be tiled: the fewest exchanges of neighbouring edges, each of which adds or removes
+/// a rhombus of 30 degrees at the border; the code itself when it can be tiled. None when few exchanges do not help.
+///
+/// Arguments and errors as of `count_tilings`.
+#[pyfunction]
+#[pyo3(signature = (code, *, memory = 4_294_967_296, progress = None))]
+fn repair_boundary<'py>(
+    py: Python<'py>,
+    code: &Bound<'py, PyAny>,
+    memory: usize,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Option<Bound<'py, PyArray1<i32>>>> {
+    let code = angles(py, code)?;
+    let repaired = worker::run(py, progress.as_ref(), move |monitor| {
+        ::tiling::repair(&::tiling::Boundary::new(&code)?, &Options { memory }, monitor)
+    })?;
+    let repaired = repaired.map_err(|error| to_exception(py, error))?;
+    Ok(repaired.map(|found| PyArray1::from_iter(py, found.boundary.code().iter().map(|&angle| i32::from(angle)))))
 }
 
 /// What `explain_boundary` finds.

@@ -5,7 +5,7 @@ use crate::boundary::{Boundary, Trace};
 use crate::certificate::Certificate;
 use crate::options::Options;
 use crate::plane::Point;
-use crate::tilings::is_tileable;
+use crate::tilings::{is_tileable, refute};
 use mesh::Monitor;
 
 /// What was found first, from the coarsest fault to none.
@@ -19,7 +19,7 @@ pub enum Verdict {
     Open,
     /// The outline crosses or touches itself.
     NotSimple,
-    /// [`Certificate::refutes`]: no tiling, proven without a search.
+    /// No tiling, proven without a search: see [`refute`].
     Refuted,
     /// A complete search found no tiling.
     Untileable,
@@ -81,8 +81,8 @@ pub fn explain_boundary(code: &[u8], options: &Options, monitor: &Monitor) -> Re
     }
     let boundary = boundary?;
     let certificate = Certificate::new(boundary.directions());
-    let (verdict, sentence) = if certificate.refutes() {
-        (Verdict::Refuted, certificate.to_string())
+    let (verdict, sentence) = if let Some(sentence) = refute(&boundary, monitor)? {
+        (Verdict::Refuted, sentence)
     } else if is_tileable(&boundary, options, monitor)? {
         (Verdict::Tileable, certificate.to_string())
     } else {

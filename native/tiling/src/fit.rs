@@ -352,7 +352,8 @@ mod tests {
     fn the_drawn_outlines_are_fitted_within_an_edge_and_can_be_tiled() {
         let monitor = Monitor::new();
         for (name, curve) in drawn() {
-            let fit = fit_boundary(&curve, 1.0, &FitOptions::default(), &monitor).unwrap();
+            let options = FitOptions { tries: 36, ..FitOptions::default() };
+            let fit = fit_boundary(&curve, 1.0, &options, &monitor).unwrap();
             assert!(fit.greatest_distance < 1.0, "{name}: {}", fit.greatest_distance);
             assert!(crate::is_tileable(&fit.boundary, &Options::default(), &monitor).unwrap(), "{name}");
             // What is reported, measured again on the corners alone.

@@ -12,9 +12,9 @@
 
 use crate::TilingError;
 use crate::corner::Alphabet;
-use crate::plane::{Isometry, Point};
+use crate::plane::{Direction, Isometry, Point};
 use crate::region::{Halt, Loops, Region, Sweep};
-use crate::symmetry::{Mask, TRIVIAL, bit, symmetries};
+use crate::symmetry::{Mask, TRIVIAL, bit, directions, symmetries};
 use crate::tile::{Kind, Tile};
 use hashbrown::HashTable;
 use mesh::{Cancelled, Monitor};
@@ -142,6 +142,11 @@ impl<V: Value> Graph<V> {
     /// The value of a state that has been worked out.
     pub(crate) fn value(&self, state: State) -> Option<&V> {
         self.values[state as usize].as_ref()
+    }
+
+    /// Directions of the edges of a state's loop.
+    pub(crate) fn directions(&self, state: State) -> Vec<Direction> {
+        directions(split_key(self.key(state)).1)
     }
 
     /// The outline itself with its forced moves: the one alternative that all tilings begin with. `None` when the forced

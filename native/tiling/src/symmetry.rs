@@ -1,7 +1,7 @@
 //! Symmetries of a loop, and groups of them (section 3.3.5).
 
 use crate::corner::angle;
-use crate::plane::{Isometry, Point};
+use crate::plane::{Direction, Isometry, Point};
 
 /// Set of symmetries by their linear parts: bit `turn` for turns, bit 12 + `turn` for mirrored ones. Two symmetries of a
 /// bounded region that differ by a shift are equal, so the linear parts say it all.
@@ -15,6 +15,15 @@ pub(crate) fn bit(isometry: &Isometry) -> Mask {
     1 << (isometry.turn + if isometry.mirror { 12 } else { 0 })
 }
 
+/// Directions of the edges of a word.
+pub(crate) fn directions(word: &[u8]) -> Vec<Direction> {
+    let mut directions = vec![word[0]];
+    for &symbol in &word[2..] {
+        directions.push((directions[directions.len() - 1] + 18 - angle(symbol)) % 12);
+    }
+    directions
+}
+
 /// The isometries of `mask` that map the loop of a word, its first corner at the origin, onto itself; turns first.
 /// Costs O(n^2) for each.
 pub(crate) fn symmetries(word: &[u8], mask: Mask) -> Vec<Isometry> {
@@ -23,10 +32,7 @@ pub(crate) fn symmetries(word: &[u8], mask: Mask) -> Vec<Isometry> {
     }
     let symbols = &word[1..];
     let n = symbols.len();
-    let mut directions = vec![word[0]];
-    for &symbol in &symbols[1..] {
-        directions.push((directions[directions.len() - 1] + 18 - angle(symbol)) % 12);
-    }
+    let directions = directions(word);
     let mut corner = Point::ORIGIN;
     let corners: Vec<Point> = directions
         .iter()

@@ -5,6 +5,7 @@
 
 use crate::TilingError;
 use crate::boundary::Boundary;
+use crate::certificate::Certificate;
 use crate::corner::Alphabet;
 use crate::graph::{Alternative, Graph, State, Stop, Value};
 use crate::options::Options;
@@ -34,6 +35,28 @@ pub fn is_tileable(boundary: &Boundary, options: &Options, monitor: &Monitor) ->
     let group = [Isometry::default()];
     let evaluated = evaluate::<bool>(boundary, &group, Alphabet::plain(), options, monitor);
     evaluated.map(|(_, _, value)| value).map_err(never_overflows)
+}
+
+/// Why an outline has no tiling, when that takes no search: its [`Certificate`], or forced moves that contradict each other
+/// or leave a loop whose certificate does. `None` says nothing: it may have tilings or not. Costs microseconds.
+///
+/// # Errors
+/// [`TilingError::Cancelled`].
+pub fn refute(boundary: &Boundary, monitor: &Monitor) -> Result<Option<String>, TilingError> {
+    let certificate = Certificate::new(boundary.directions());
+    if certificate.refutes() {
+        return Ok(Some(certificate.to_string()));
+    }
+    let mut graph = Graph::<bool>::new(Alphabet::plain(), Sweep::new([1, 3]), usize::MAX);
+    let begun = graph.begin(&boundary.word(), &[Isometry::default()], monitor).map_err(never_overflows)?;
+    let Some(begun) = begun else {
+        let sentence = "no tiling exists: where the angles at both ends of an edge leave one choice, the tiles that must \
+                        lie there contradict each other";
+        return Ok(Some(sentence.to_owned()));
+    };
+    let left = begun.parts.iter().map(|part| Certificate::new(&graph.directions(part.state)));
+    let refuted = left.into_iter().find(Certificate::refutes);
+    Ok(refuted.map(|certificate| format!("after the tiles that must lie along the outline are placed, {certificate}")))
 }
 
 /// All tilings of an outline, or all that have certain symmetries, in a fixed order.
