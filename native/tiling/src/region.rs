@@ -40,6 +40,11 @@ fn unpack(mut packed: i64) -> Point {
     }))
 }
 
+/// A position in 32 bits, to look for equal ones four at a time. Different positions may share one.
+fn mark(position: i64) -> u32 {
+    ((position as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as u32
+}
+
 /// A linear order of the plane's directions in exact integers: the branch edge lies at the lowest corner in it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sweep([i64; 12]);
@@ -111,6 +116,7 @@ pub(crate) struct Region {
     units: [i64; 12],
     nodes: Vec<Node>,
     positions: Vec<i64>,
+    marks: Vec<u32>,
     free: Vec<Corner>,
     /// Edges to look at again, by the corner they leave.
     queue: Vec<Corner>,
@@ -128,6 +134,7 @@ impl Region {
             units: std::array::from_fn(|d| pack(Point::unit(d as u8))),
             nodes: Vec::new(),
             positions: Vec::new(),
+            marks: Vec::new(),
             free: Vec::new(),
             queue: Vec::new(),
             placed: Vec::new(),
@@ -140,6 +147,7 @@ impl Region {
     pub(crate) fn load(&mut self, word: &[u8]) {
         self.nodes.clear();
         self.positions.clear();
+        self.marks.clear();
         self.free.clear();
         self.queue.clear();
         self.placed.clear();
@@ -155,6 +163,7 @@ impl Region {
             let (next, prev) = (if k == last { 0 } else { k + 1 }, if k == 0 { last } else { k - 1 });
             self.nodes.push(Node { next, prev, symbol, direction });
             self.positions.push(position);
+            self.marks.push(mark(position));
             position += self.units[direction as usize];
         }
     }
@@ -237,10 +246,12 @@ impl Region {
         let corner = if let Some(corner) = self.free.pop() {
             self.nodes[corner as usize] = node;
             self.positions[corner as usize] = position;
+            self.marks[corner as usize] = mark(position);
             corner
         } else {
             self.nodes.push(node);
             self.positions.push(position);
+            self.marks.push(mark(position));
             self.nodes.len() as Corner - 1
         };
         self.queue.push(corner);
@@ -250,6 +261,7 @@ impl Region {
     fn remove(&mut self, corner: Corner) {
         self.nodes[corner as usize].next = FREE;
         self.positions[corner as usize] = NOWHERE;
+        self.marks[corner as usize] = mark(NOWHERE);
         self.free.push(corner);
     }
 
@@ -371,6 +383,11 @@ impl Region {
 
     /// Another corner of the same loop at the same place.
     fn other_at(&self, position: i64, corner: Corner) -> Option<Corner> {
+        // Nearly always the corner is alone: count without a branch, which the compiler turns into wide comparisons.
+        let mark = mark(position);
+        if self.marks.iter().map(|&other| u32::from(other == mark)).sum::<u32>() == 1 {
+            return None;
+        }
         let same_loop = |other: Corner| {
             let mut at = self.nodes[corner as usize].next;
             while at != corner && at != other {
