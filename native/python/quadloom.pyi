@@ -28,6 +28,7 @@ __all__ = [
     "check",
     "count_tilings",
     "explain_boundary",
+    "find_tiling",
     "fit_boundary",
     "repair_boundary",
     "tilings",
@@ -322,6 +323,13 @@ def count_tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progr
 def tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Tilings:
     """All tilings of an outline by triangles and squares with unit edges, in a fixed order; they are made when asked for.
     Arguments and errors as of `count_tilings`."""
+
+def find_tiling(
+    code: ArrayLike, seed: int = 0, *, memory: int = 4294967296, progress: _Progress | None = None
+) -> Tiling | None:
+    """A tiling of an outline, another for another seed; None when there is none.
+
+    Quick where there are too many tilings to count. Not each tiling is equally likely: for that, see `Tilings.sample`."""
 
 def explain_boundary(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Boundary:
     """Says whether a boundary code closes, is simple and can be tiled; and if not, why not. Any code gets an answer."""

@@ -210,3 +210,13 @@ def test_an_outline_without_tilings_is_repaired():
     # One exchange of edges changes three angles.
     assert np.count_nonzero(repaired != np.array(spoilt)) == 3
     assert quadloom.repair_boundary(DODECAGON).tolist() == DODECAGON
+
+
+def test_a_tiling_is_found_where_there_are_too_many_to_count():
+    code = dodecagon(14, 14)
+    found = [quadloom.find_tiling(code, seed).mesh for seed in (1, 1, 2)]
+    assert np.array_equal(found[0].positions, found[1].positions)
+    assert not np.array_equal(found[0].positions, found[2].positions)
+    boundary = quadloom.explain_boundary(code)
+    assert np.count_nonzero(np.diff(found[0].face_offsets) == 4) == sum(boundary.squares)
+    assert quadloom.find_tiling([5, 5, 4, 7, 4, 5, 5, 5, 5, 5, 5, 5]) is None

@@ -1,4 +1,4 @@
-//! `quadloom.count_tilings`, `tilings`, `explain_boundary`, `repair_boundary`, `fit_boundary` and what
+//! `quadloom.count_tilings`, `tilings`, `find_tiling`, `explain_boundary`, `repair_boundary`, `fit_boundary` and what
 //! they return.
 
 use crate::arrays;
@@ -23,6 +23,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<TilingIterator>()?;
     module.add_class::<Fit>()?;
     module.add_function(wrap_pyfunction!(count_tilings, module)?)?;
+    module.add_function(wrap_pyfunction!(find_tiling, module)?)?;
     module.add_function(wrap_pyfunction!(fit_boundary, module)?)?;
     module.add_function(wrap_pyfunction!(tilings, module)?)?;
     module.add_function(wrap_pyfunction!(repair_boundary, module)?)?;
@@ -70,6 +71,27 @@ fn tilings(
         Ok((Inner::new(&::tiling::Boundary::new(&code)?, &options, monitor)?, options))
     })?;
     counted.map(Tilings::from).map_err(|error| to_exception(py, error))
+}
+
+/// A tiling of an outline, another for another seed; None when there is none.
+///
+/// Quick where there are too many tilings to count. Not each tiling is equally likely: for that, see `Tilings.sample`.
+/// Other arguments and errors as of `count_tilings`.
+#[pyfunction]
+#[pyo3(signature = (code, seed = 0, *, memory = 4_294_967_296, progress = None))]
+fn find_tiling(
+    py: Python<'_>,
+    code: &Bound<'_, PyAny>,
+    seed: u64,
+    memory: usize,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Option<Tiling>> {
+    let code = angles(py, code)?;
+    let found = worker::run(py, progress.as_ref(), move |monitor| {
+        ::tiling::find_tiling(&::tiling::Boundary::new(&code)?, seed, &Options { memory }, monitor)
+    })?;
+    let found = found.map_err(|error| to_exception(py, error))?;
+    Ok(found.map(|tiling| Tiling { source: Source::Made(tiling) }))
 }
 
 /// Says whether a boundary code closes, is simple and can be tiled; and if not, why not.

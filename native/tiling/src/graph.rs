@@ -13,6 +13,7 @@
 use crate::TilingError;
 use crate::corner::Alphabet;
 use crate::plane::{Direction, Isometry, Point};
+use crate::random::Random;
 use crate::region::{Halt, Loops, Region, Sweep};
 use crate::symmetry::{Mask, TRIVIAL, bit, directions, symmetries};
 use crate::tile::{Kind, Tile};
@@ -100,6 +101,8 @@ pub(crate) struct Graph<V> {
     hasher: foldhash::fast::FixedState,
     /// Bytes that all of this may take.
     limit: usize,
+    /// Puts alternatives in random order.
+    shuffle: Option<Random>,
 }
 
 /// A state that is being worked out.
@@ -125,7 +128,13 @@ impl<V: Value> Graph<V> {
             index: HashTable::new(),
             hasher: foldhash::fast::FixedState::with_seed(0),
             limit,
+            shuffle: None,
         }
+    }
+
+    /// Alternatives are worked out in random order: for values that are final before all of them are.
+    pub(crate) fn shuffled(self, random: Random) -> Self {
+        Self { shuffle: Some(random), ..self }
     }
 
     /// Number of states met.
@@ -348,7 +357,10 @@ impl<V: Value> Graph<V> {
     }
 
     fn frame(&mut self, state: State, monitor: &Monitor) -> Result<Frame<V>, Stop> {
-        let alternatives = self.alternatives(state, false, monitor)?;
+        let mut alternatives = self.alternatives(state, false, monitor)?;
+        if self.shuffle.as_mut().is_some_and(|random| random.bit() == 1) {
+            alternatives.reverse();
+        }
         Ok(Frame { state, alternatives, next: (0, 0), product: V::none(), sum: V::none() })
     }
 }

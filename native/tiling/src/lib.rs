@@ -36,4 +36,4 @@ pub use plane::{Direction, Isometry, Point, Surd};
 pub use programme::tilings_by_programme;
 pub use repair::{Repair, repair};
 pub use tile::{Configuration, Kind, Tile, Tiling};
-pub use tilings::{Tilings, count_tilings, is_tileable, refute};
+pub use tilings::{Tilings, count_tilings, find_tiling, is_tileable, refute};

@@ -143,6 +143,26 @@ fn samples_are_uniform_and_repeat() {
 }
 
 #[test]
+fn a_tiling_is_found_without_counting() {
+    let monitor = Monitor::new();
+    let find = |code: &[u8], seed| tiling::find_tiling(&boundary(code), seed, &Options::default(), &monitor).unwrap();
+    // Some 1,200 tiles, far too many to count.
+    let mut random = Random::new(3);
+    let plane = dodecagonal::tiling(2, &mut random);
+    let code = (0..).find_map(|k| dodecagonal::disc(&plane, [0.1 * f64::from(k), 0.3], 15.0)).unwrap().0;
+    let found: Vec<Tiling> = (0..3).map(|seed| find(&code, seed).unwrap()).collect();
+    for tiling in &found {
+        assert_tiles(tiling, &boundary(&code));
+    }
+    assert_ne!(found[0], found[1]);
+    assert_eq!(find(&code, 2).as_ref(), Some(&found[2]));
+    for _ in 0..200 {
+        let code = outlines::random_code(8 + random.index(12), &mut random);
+        assert_eq!(find(&code, 1).is_some(), outlines::count_by_trying(&code) > 0);
+    }
+}
+
+#[test]
 fn counts_pass_128_bits() {
     // Dodecagons in a chain, a square between neighbours: each has two tilings.
     let chain = |dodecagons: usize| {
