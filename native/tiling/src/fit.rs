@@ -126,13 +126,13 @@ pub fn fit_boundary(
     let radius = curve.iter().map(|&p| distance(p, middle)).fold(0.0, f64::max) / edge_length;
     let mut random = Random::new(options.seed);
     let mut best: Option<(f64, Fit)> = None;
-    let mut tiling = Vec::new();
+    let mut patch = Patch::new(&[]);
     for attempt in 0..options.tries {
         monitor.stage("fit", attempt as f64 / options.tries as f64)?;
         if attempt % PLACEMENTS == 0 {
             // The first is symmetric about its middle, for the sake of symmetric curves.
             let random = (attempt > 0).then_some(&mut random);
-            tiling = plane_tiling(radius + SHIFT * std::f64::consts::SQRT_2 + 2.0, random, monitor)?;
+            patch = Patch::new(&plane_tiling(radius + SHIFT * std::f64::consts::SQRT_2 + 2.0, random, monitor)?);
         }
         let centred = attempt < PLACEMENTS;
         let searched = if centred { attempt as f64 / PLACEMENTS as f64 } else { random.unit() };
@@ -142,7 +142,7 @@ pub fn fit_boundary(
         let origin = place.out([shift(), shift()]);
         let place = Placement { origin: [middle[0] + origin[0], middle[1] + origin[1]], ..place };
         let local: Vec<Position> = curve.iter().map(|&p| place.back(p)).collect();
-        let Some(corners) = cut(&tiling, &local) else { continue };
+        let Some(corners) = cut(&patch, &local) else { continue };
         let outline: Vec<Position> = corners.iter().map(|(p, _)| p.position()).collect();
         let error = mean_square(&outline, &local);
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
@@ -164,45 +164,66 @@ pub fn fit_boundary(
     }
 }
 
+/// A tiling of a part of the plane, ready to be cut.
+struct Patch {
+    corners: Vec<Vec<Point>>,
+    centres: Vec<Position>,
+    /// The tile on the left of each edge.
+    at_edge: BTreeMap<(Point, Point), usize>,
+}
+
+impl Patch {
+    fn new(tiling: &[Tile]) -> Self {
+        let corners: Vec<Vec<Point>> = tiling.iter().map(|tile| tile.corners().collect()).collect();
+        let centre = |corners: &Vec<Point>| {
+            let sum = corners.iter().map(|p| p.position()).fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+            sum.map(|x| x / corners.len() as f64)
+        };
+        let edges = corners.iter().enumerate().flat_map(|(at, corners)| {
+            let n = corners.len();
+            (0..n).map(move |k| ((corners[k], corners[(k + 1) % n]), at))
+        });
+        Self { centres: corners.iter().map(centre).collect(), at_edge: edges.collect(), corners }
+    }
+}
+
 /// The outline of the tiles whose centres lie inside a curve, as far as they make a disk: corners and the directions of
-/// the edges that leave them. Grown from the middle outwards, each tile meeting the disk in one piece of its border.
-fn cut(tiling: &[Tile], curve: &[Position]) -> Option<Vec<(Point, Direction)>> {
+/// the edges that leave them. Grown from the middle outwards, each tile meeting the disk in one piece of its border; then
+/// tiles that stick out or are missing between their neighbours change sides when their centres are near the curve.
+fn cut(patch: &Patch, curve: &[Position]) -> Option<Vec<(Point, Direction)>> {
+    // In edges: how near the curve a centre must be for its tile to change sides.
+    const NEAR: f64 = 0.3;
     let middle = middle(curve);
-    let (mut inside, mut at_edge) = (Vec::new(), BTreeMap::new());
-    for &tile in tiling {
-        let corners: Vec<Point> = tile.corners().collect();
-        let count = corners.len() as f64;
-        let sum = corners.iter().map(|p| p.position()).fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
-        let centre = [sum[0] / count, sum[1] / count];
-        if contains(curve, centre) {
-            for k in 0..corners.len() {
-                at_edge.insert((corners[k], corners[(k + 1) % corners.len()]), inside.len());
-            }
-            // Whole numbers order the growth the same way on every machine.
-            inside.push((corners, (1e6 * distance(centre, middle)) as u64));
+    // Whole numbers order the growth the same way on every machine.
+    let order = |at: usize| std::cmp::Reverse((1e6 * distance(patch.centres[at], middle)) as u64);
+    let inside: Vec<bool> = patch.centres.iter().map(|&centre| contains(curve, centre)).collect();
+    let first = (0..inside.len()).filter(|&at| inside[at]).max_by_key(|&at| order(at))?;
+    // The border of the disk: each corner with the next.
+    let edges = |at: usize| {
+        let corners = &patch.corners[at];
+        (0..corners.len()).map(move |k| (corners[k], corners[(k + 1) % corners.len()]))
+    };
+    let mut next: BTreeMap<Point, Point> = edges(first).collect();
+    let mut taken = vec![false; inside.len()];
+    taken[first] = true;
+    let beyond = |at: usize| edges(at).filter_map(|(a, b)| patch.at_edge.get(&(b, a)).copied());
+    let mut queue: BinaryHeap<_> = beyond(first).map(|other| (order(other), other)).collect();
+    while let Some((_, at)) = queue.pop() {
+        if inside[at] && !taken[at] && grow(&mut next, &patch.corners[at]) {
+            taken[at] = true;
+            // Among these are tiles that were refused, and may fit now.
+            queue.extend(beyond(at).map(|other| (order(other), other)));
         }
     }
-    let first = (0..inside.len()).min_by_key(|&k| inside[k].1)?;
-    // The border of the disk: each corner with the next.
-    let mut next: BTreeMap<Point, Point> = BTreeMap::new();
-    let mut taken = vec![false; inside.len()];
-    let mut queue = BinaryHeap::from([(std::cmp::Reverse(inside[first].1), first)]);
-    while let Some((_, at)) = queue.pop() {
-        let corners = &inside[at].0;
-        let n = corners.len();
-        if taken[at] || !(next.is_empty() || grow(&mut next, corners)) {
-            continue;
+    let border: Vec<(Point, Point)> = next.iter().map(|(&a, &b)| (a, b)).collect();
+    for (a, b) in border {
+        let near = |at: usize| to_curve(patch.centres[at], curve) < NEAR;
+        if let Some(&at) = patch.at_edge.get(&(a, b)).filter(|&&at| taken[at] && near(at)) {
+            taken[at] = !shrink(&mut next, &patch.corners[at]);
         }
-        if next.is_empty() {
-            next.extend((0..n).map(|k| (corners[k], corners[(k + 1) % n])));
-        }
-        taken[at] = true;
-        for k in 0..n {
-            // Tiles that were refused may fit now.
-            let around = at_edge.get(&(corners[(k + 1) % n], corners[k]));
-            queue.extend(
-                around.filter(|&&other| !taken[other]).map(|&other| (std::cmp::Reverse(inside[other].1), other)),
-            );
+        if let Some(&at) = patch.at_edge.get(&(b, a)).filter(|&&at| !taken[at] && near(at)) {
+            let shared = edges(at).filter(|(a, b)| next.get(b) == Some(a)).count();
+            taken[at] = shared + 1 == patch.corners[at].len() && grow(&mut next, &patch.corners[at]);
         }
     }
     let &start = next.keys().next()?;
@@ -213,6 +234,19 @@ fn cut(tiling: &[Tile], curve: &[Position]) -> Option<Vec<(Point, Direction)>> {
     let n = corners.len();
     let towards = |k: usize| (0..12).find(|&d| corners[k] + Point::unit(d) == corners[(k + 1) % n]);
     (0..n).map(|k| Some((corners[k], towards(k)?))).collect()
+}
+
+/// Takes a tile from a disk when all its edges but one are on the disk's border.
+fn shrink(next: &mut BTreeMap<Point, Point>, corners: &[Point]) -> bool {
+    let n = corners.len();
+    let mut inner = (0..n).filter(|&k| next.get(&corners[k]) != Some(&corners[(k + 1) % n]));
+    let (Some(k), None) = (inner.next(), inner.next()) else { return false };
+    for other in (0..n).filter(|&other| other != k) {
+        next.remove(&corners[other]);
+    }
+    // The border now runs along the edge that was inside, with the disk on the other side of it.
+    next.insert(corners[(k + 1) % n], corners[k]);
+    true
 }
 
 /// Adds a tile to a disk when it meets the disk's border in one run of edges and nowhere else.
@@ -355,7 +389,8 @@ mod tests {
             let options = FitOptions { tries: 36, ..FitOptions::default() };
             let fit = fit_boundary(&curve, 1.0, &options, &monitor).unwrap();
             assert!(fit.greatest_distance < 1.0, "{name}: {}", fit.greatest_distance);
-            assert!(crate::is_tileable(&fit.boundary, &Options::default(), &monitor).unwrap(), "{name}");
+            let tiling = crate::find_tiling(&fit.boundary, 1, &Options::default(), &monitor).unwrap();
+            assert!(tiling.is_some(), "{name}");
             // What is reported, measured again on the corners alone.
             let corners = fit.positions();
             assert!(corners.iter().all(|&p| to_curve(p, &curve) < fit.greatest_distance + 1e-9));
