@@ -1,6 +1,7 @@
-"""Pure-quad booleans of polygon meshes. Meshes are in Blender's own layout, lengths in scene units."""
+"""Pure-quad booleans of polygon meshes, and triangle-quad tilings of outlines. Meshes are in Blender's own layout, lengths
+in scene units."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
@@ -8,17 +9,29 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "BooleanResult",
+    "Boundary",
     "Cancelled",
     "CornerSources",
     "Defects",
+    "Fit",
     "InfeasibleError",
     "InternalError",
     "InvalidMeshError",
     "Mesh",
     "QuadloomError",
+    "Symmetry",
+    "Tiling",
+    "TilingIterator",
+    "Tilings",
     "__version__",
     "boolean",
     "check",
+    "count_tilings",
+    "explain_boundary",
+    "find_tiling",
+    "fit_boundary",
+    "repair_boundary",
+    "tilings",
 ]
 
 __version__: str
@@ -180,3 +193,195 @@ def boolean(
     progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 
     Raises InvalidMeshError, InfeasibleError, Cancelled, or QuadloomError when an option is out of range."""
+
+@final
+class Boundary:
+    """What `explain_boundary` finds; true when the outline has a tiling."""
+
+    @property
+    def verdict(
+        self,
+    ) -> Literal["angle", "turning", "open", "not_simple", "refuted", "untileable", "tileable"]:
+        """The first fault found, or none."""
+    @property
+    def sentence(self) -> str:
+        """What is wrong and what to change, or what any tiling consists of."""
+    @property
+    def corners(self) -> _Indices:
+        """(N,) the corners at fault; for "not_simple" pairs of edges, by the corners they leave."""
+    @property
+    def points(self) -> _Floats:
+        """(V, 2) the corners, the first at the origin and the first edge along x; and the end when it is open."""
+    @property
+    def closes(self) -> bool:
+        """Whether the outline ends where it begins."""
+    @property
+    def simple(self) -> bool:
+        """Whether it closes without touching itself."""
+    @property
+    def tileable(self) -> bool:
+        """Whether it has a tiling."""
+    @property
+    def squares(self) -> tuple[int, int, int] | None:
+        """Squares of any tiling, turned by 0, 30 and 60 degrees; None when the outline does not close. A negative number
+        refutes it."""
+    @property
+    def triangles(self) -> tuple[int, int, int, int] | None:
+        """Triangles of any tiling, turned by 0, 30, 60 and 90 degrees; None when the outline does not close. A negative
+        number refutes it."""
+    @property
+    def defect(self) -> int | None:
+        """Other than zero, it refutes the outline; its size is the least number of thin rhombi that could help."""
+    def __bool__(self) -> bool: ...
+
+@final
+class Symmetry:
+    """A symmetry of an outline: a rotation about a centre or a reflection in an axis."""
+
+    @property
+    def reflection(self) -> bool:
+        """Whether it is a reflection."""
+    @property
+    def angle(self) -> float:
+        """Degrees: of a rotation the angle, of a reflection the direction of its axis."""
+    @property
+    def centre(self) -> tuple[float, float]:
+        """The centre of a rotation, or a point of the axis."""
+
+@final
+class Tiling:
+    """One tiling."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The tiles as a mesh with unit edges in the plane z = 0; the outline's first corner is the origin, its first edge
+        along x."""
+    @property
+    def orientations(self) -> _Indices:
+        """(F,) by how many times 30 degrees each face is turned; 0 to 3 for triangles, 0 to 2 for squares."""
+    @property
+    def configurations(self) -> dict[str, int]:
+        """How many inner vertices have each configuration: "triangles", "squares", "rows", "butterfly"."""
+    def svg(self, width: int = 800) -> str:
+        """A picture, `width` pixels wide: triangles warm, squares cold, a shade for each orientation."""
+
+@final
+class TilingIterator:
+    """Goes through `Tilings` in order."""
+
+    def __iter__(self) -> TilingIterator: ...
+    def __next__(self) -> Tiling: ...
+
+@final
+class Tilings:
+    """All tilings of an outline, in a fixed order: a sequence of `Tiling`."""
+
+    @property
+    def count(self) -> int:
+        """How many there are; `len` only takes numbers below 2^63."""
+    @property
+    def states(self) -> int:
+        """States of the search."""
+    @property
+    def symmetries(self) -> list[Symmetry]:
+        """The symmetries of the outline, the identity first."""
+    def __len__(self) -> int: ...
+    def __bool__(self) -> bool: ...
+    def __getitem__(self, index: int, /) -> Tiling: ...
+    def __iter__(self) -> Iterator[Tiling]: ...
+    def sample(self, n: int, seed: int = 0) -> list[Tiling]:
+        """`n` tilings drawn independently, each tiling equally likely; the same for the same seed. Empty when there is
+        none."""
+    def best(
+        self,
+        objective: Literal["regular", "fractured"] | Mapping[str, int],
+        *,
+        progress: _Progress | None = None,
+    ) -> tuple[Tiling, int] | None:
+        """A tiling with the least sum of weights over its inner vertices, proven, and that sum; None when there is none.
+
+        objective: "regular" (fewest butterflies), "fractured" (most), or integer weights by configuration: "triangles",
+        "squares", "rows" and "butterfly". A butterfly is a vertex with two triangles, a square, a triangle and a square
+        round it. Vertices of the outline have no weight."""
+    def symmetric(
+        self, group: Literal["reflection"] | int | Sequence[Symmetry], *, progress: _Progress | None = None
+    ) -> Tilings:
+        """Those tilings that are exactly symmetric.
+
+        group: "reflection" (in the axis with the most such tilings), a number n for n-fold rotation about the outline's
+        centre, or a list of `symmetries` that must all hold."""
+
+def count_tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> int:
+    """Number of ways to tile an outline by triangles and squares with unit edges; exact, of any size.
+
+    code: interior angles in units of 30 degrees, 2 to 11, counter-clockwise, of a closed simple polygon with unit edges.
+    memory: most bytes for the states of the search.
+    progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+    Raises QuadloomError when the code is no closed simple polygon (elements["corners"]) or the memory is used up."""
+
+def tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Tilings:
+    """All tilings of an outline by triangles and squares with unit edges, in a fixed order; they are made when asked for.
+    Arguments and errors as of `count_tilings`."""
+
+def find_tiling(
+    code: ArrayLike, seed: int = 0, *, memory: int = 4294967296, progress: _Progress | None = None
+) -> Tiling | None:
+    """A tiling of an outline, another for another seed; None when there is none.
+
+    Quick where there are too many tilings to count. Not each tiling is equally likely: for that, see `Tilings.sample`."""
+
+def explain_boundary(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Boundary:
+    """Says whether a boundary code closes, is simple and can be tiled; and if not, why not. Any code gets an answer."""
+
+def repair_boundary(
+    code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None
+) -> _Indices | None:
+    """The nearest boundary code that can be tiled: the fewest exchanges of neighbouring edges, each of which adds or removes
+    a rhombus of 30 degrees at the border; the code itself when it can be tiled. None when few exchanges do not help."""
+
+@final
+class Fit:
+    """What `fit_boundary` finds: an outline that can be tiled, near a curve."""
+
+    @property
+    def code(self) -> _Indices:
+        """(V,) the boundary code."""
+    @property
+    def points(self) -> _Floats:
+        """(V, 2) the corners in the plane of the curve."""
+    @property
+    def origin(self) -> tuple[float, float]:
+        """Where the first corner lies: a tiling's vertex p belongs at origin + edge_length * (p turned by rotation)."""
+    @property
+    def rotation(self) -> float:
+        """Direction of the first edge, radians."""
+    @property
+    def edge_length(self) -> float:
+        """As given."""
+    @property
+    def greatest_distance(self) -> float:
+        """Greatest distance from a point of either to the other, in edge lengths."""
+    @property
+    def mean_distance(self) -> float:
+        """Mean distance of the corners from the curve, in edge lengths."""
+
+def fit_boundary(
+    points: ArrayLike,
+    edge_length: float,
+    *,
+    rotation: float | None = None,
+    tries: int = 96,
+    seed: int = 0,
+    progress: _Progress | None = None,
+) -> Fit:
+    """The outline of a region near a closed curve that triangles and squares can tile.
+
+    points: (N, 2) floats, the corners of a polygon that does not cross itself, in either sense.
+    edge_length: of the tiles, in the units of the points.
+    rotation: angle between the x axis and the edges, up to multiples of 30 degrees; radians, None takes the best found.
+    tries: placements tried, 1 to 100000.
+    seed: another one tries others.
+
+    Raises QuadloomError for a curve that is too small for a tile or longer than 1000 edges. The outline keeps within about
+    0.7 edge lengths of the curve."""

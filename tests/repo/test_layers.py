@@ -19,7 +19,8 @@ MAY_USE = {
     "quadloom-surface": {"quadloom-mesh", "quadloom-solve"},
     "quadloom-quadrangulate": {"quadloom-mesh", "quadloom-solve", "quadloom-surface"},
     "quadloom-boolean": {"quadloom-mesh", "quadloom-solve", "quadloom-surface", "quadloom-quadrangulate"},
-    "quadloom-python": {"quadloom-mesh", "quadloom-boolean"},
+    "quadloom-tiling": {"quadloom-mesh", "quadloom-solve"},
+    "quadloom-python": {"quadloom-mesh", "quadloom-boolean", "quadloom-tiling"},
     "quadloom-testkit": {"quadloom-mesh"},
 }
 

@@ -41,6 +41,15 @@ pub fn points(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<DVec3>, String
     }
 }
 
+/// Rows of two floats.
+pub fn plane_points(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<[f64; 2]>, String> {
+    let array = require::<f64>(value, name, "float64")?;
+    match (array.as_slice(), array.shape()) {
+        (Ok(flat), [_, 2] | [0]) => Ok(flat.chunks_exact(2).map(|p| [p[0], p[1]]).collect()),
+        (_, found) => Err(wrong_shape(name, found, "(N, 2)")),
+    }
+}
+
 /// Integers that fit an index: 0 to 2^31 - 1.
 pub fn indices(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<u32>, String> {
     let array = require::<i64>(value, name, "int64")?;

@@ -11,11 +11,13 @@ mod boolean;
 mod defects;
 mod errors;
 mod mesh;
+mod tiling;
 mod worker;
 
 use pyo3::prelude::*;
 
-/// Pure-quad booleans of polygon meshes. Meshes are in Blender's own layout, lengths in scene units.
+/// Pure-quad booleans of polygon meshes, and triangle-quad tilings of outlines. Meshes are in Blender's own layout, lengths
+/// in scene units.
 #[pymodule]
 fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -26,5 +28,5 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<boolean::BooleanResult>()?;
     module.add_class::<boolean::CornerSources>()?;
     module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
-    Ok(())
+    tiling::register(module)
 }

@@ -2,9 +2,11 @@
 //!
 //! Test code may panic: a broken fixture is a broken test. Oracles share no code with what they judge.
 
+pub mod dodecagonal;
 mod fixture;
 pub mod obj;
 pub mod oracle;
+pub mod outlines;
 pub mod plane_region;
 pub mod random;
 pub mod shapes;

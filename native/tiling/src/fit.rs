@@ -1,0 +1,454 @@
+//! The outline of a tileable region near a drawn curve (section 3.4).
+//!
+//! Deviation: the paper finds the lattice loop nearest to the curve by an integer programme (eq. 9). Nearly all such
+//! loops admit no tiling: [`crate::Certificate`] alone refutes more than 95 of 100. Here the outline is cut from a tiling
+//! of the plane instead: the tiles whose centres lie inside the curve, as far as they make a disk. It is tileable by
+//! construction and nowhere much farther from the curve than a tile's radius. Of many placements of many tilings the one
+//! nearest to the curve is taken.
+
+use crate::TilingError;
+use crate::boundary::Boundary;
+use crate::inflate::plane_tiling;
+use crate::plane::{Direction, Point};
+use crate::random::Random;
+use crate::tile::Tile;
+use mesh::{Cancelled, Monitor};
+use std::collections::{BTreeMap, BinaryHeap};
+use std::f64::consts::FRAC_PI_6;
+
+/// Placements tried with each tiling: tilings are dear, placements cheap.
+const PLACEMENTS: usize = 12;
+
+/// How far a placement may shift a tiling along each axis, in edges.
+const SHIFT: f64 = 4.0;
+
+/// A point of the drawn curve's plane.
+type Position = [f64; 2];
+
+/// Options of [`fit_boundary`]. `Default` gives the recommended values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitOptions {
+    /// Angle between the curve's x axis and the outline's edges, up to multiples of 30 degrees, in radians. Default: the
+    /// best that is found.
+    pub rotation: Option<f64>,
+    /// Placements tried, 1 to 100,000. Default 96; the time grows in proportion.
+    pub tries: usize,
+    /// Another seed tries other tilings and placements. Default 0.
+    pub seed: u64,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { rotation: None, tries: 96, seed: 0 }
+    }
+}
+
+/// An outline near a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// The outline. It can be tiled.
+    pub boundary: Boundary,
+    /// Where its first corner lies.
+    pub origin: Position,
+    /// Direction of its first edge, in radians.
+    pub rotation: f64,
+    /// Length of its edges, as given.
+    pub edge_length: f64,
+    /// Greatest distance from a point of either curve to the other curve, in edge lengths.
+    pub greatest_distance: f64,
+    /// Mean distance from the outline's corners to the curve, in edge lengths.
+    pub mean_distance: f64,
+}
+
+impl Fit {
+    /// The outline's corners in the plane of the curve.
+    pub fn positions(&self) -> Vec<Position> {
+        let place = Placement { origin: self.origin, rotation: self.rotation, edge_length: self.edge_length };
+        self.boundary.points().iter().map(|point| place.out(point.position())).collect()
+    }
+}
+
+/// From the plane of a tiling to that of the curve.
+#[derive(Debug, Clone, Copy)]
+struct Placement {
+    origin: Position,
+    rotation: f64,
+    edge_length: f64,
+}
+
+impl Placement {
+    fn out(&self, [x, y]: Position) -> Position {
+        let (sin, cos) = self.rotation.sin_cos();
+        let scale = self.edge_length;
+        [self.origin[0] + scale * (cos * x - sin * y), self.origin[1] + scale * (sin * x + cos * y)]
+    }
+
+    /// The inverse of `out`.
+    fn back(&self, [x, y]: Position) -> Position {
+        let (sin, cos) = self.rotation.sin_cos();
+        let (x, y) = ((x - self.origin[0]) / self.edge_length, (y - self.origin[1]) / self.edge_length);
+        [cos * x + sin * y, cos * y - sin * x]
+    }
+}
+
+/// The outline of a tileable region near a closed curve, given by the corners of a polygon in either sense.
+///
+/// `edge_length` is that of the tiles, in the curve's units. The curve should not cross itself; where it does, what lies
+/// inside is what an odd number of windings encloses.
+///
+/// # Errors
+/// [`TilingError::Option`] when the curve has less than 3 points, a coordinate is not finite, the edge length is not
+/// positive, or the curve is too small for a tile or longer than 1,000 edges; [`TilingError::Cancelled`].
+///
+/// # Source
+/// Peng et al. 2018, 3.4, with the deviation above. Costs O(tries * area * points) with the area in tiles.
+pub fn fit_boundary(
+    curve: &[Position],
+    edge_length: f64,
+    options: &FitOptions,
+    monitor: &Monitor,
+) -> Result<Fit, TilingError> {
+    let refuse = |sentence: &str| Err(TilingError::Option(sentence.to_owned()));
+    if curve.len() < 3 || curve.iter().flatten().any(|x| !x.is_finite()) {
+        return refuse("the curve needs at least 3 points with finite coordinates");
+    }
+    if !(edge_length.is_finite() && edge_length > 0.0) {
+        return refuse("the edge length must be a positive number");
+    }
+    if !(1..=100_000).contains(&options.tries) || options.rotation.is_some_and(|angle| !angle.is_finite()) {
+        return refuse("tries must be 1 to 100,000, and the rotation a finite number");
+    }
+    let length: f64 = segments(curve).map(|[a, b]| distance(a, b)).sum();
+    if length > 1000.0 * edge_length {
+        return refuse("the curve is longer than 1,000 edges; choose longer edges");
+    }
+    let middle = middle(curve);
+    let radius = curve.iter().map(|&p| distance(p, middle)).fold(0.0, f64::max) / edge_length;
+    let mut random = Random::new(options.seed);
+    let mut best: Option<(f64, Fit)> = None;
+    let mut patch = Patch::new(&[], monitor)?;
+    for attempt in 0..options.tries {
+        monitor.stage("fit", attempt as f64 / options.tries as f64)?;
+        if attempt % PLACEMENTS == 0 {
+            // The first is symmetric about its middle, for the sake of symmetric curves.
+            let random = (attempt > 0).then_some(&mut random);
+            let tiling = plane_tiling(radius + SHIFT * std::f64::consts::SQRT_2 + 2.0, random, monitor)?;
+            patch = Patch::new(&tiling, monitor)?;
+        }
+        let centred = attempt < PLACEMENTS;
+        let searched = if centred { attempt as f64 / PLACEMENTS as f64 } else { random.unit() };
+        let rotation = options.rotation.unwrap_or(searched * FRAC_PI_6);
+        let mut shift = || if centred { 0.0 } else { SHIFT * (2.0 * random.unit() - 1.0) };
+        let place = Placement { origin: [0.0; 2], rotation, edge_length };
+        let origin = place.out([shift(), shift()]);
+        let place = Placement { origin: [middle[0] + origin[0], middle[1] + origin[1]], ..place };
+        let local: Vec<Position> = curve.iter().map(|&p| place.back(p)).collect();
+        let Some(corners) = cut(&patch, &local, monitor)? else { continue };
+        let outline: Vec<Position> = corners.iter().map(|(p, _)| p.position()).collect();
+        let error = mean_square(&outline, &local);
+        if best.as_ref().is_none_or(|(least, _)| error < *least) {
+            let (first, towards) = corners[0];
+            let fit = Fit {
+                boundary: Boundary::new(&code(&corners))?,
+                origin: place.out(first.position()),
+                rotation: (rotation + f64::from(towards) * FRAC_PI_6).rem_euclid(std::f64::consts::TAU),
+                edge_length,
+                greatest_distance: greatest_distance(&outline, &local),
+                mean_distance: outline.iter().map(|&p| to_curve(p, &local)).sum::<f64>() / outline.len() as f64,
+            };
+            best = Some((error, fit));
+        }
+    }
+    match best {
+        Some((_, fit)) => Ok(fit),
+        None => refuse("no tile fits into the curve; choose shorter edges"),
+    }
+}
+
+/// A tiling of a part of the plane, ready to be cut.
+struct Patch {
+    corners: Vec<Vec<Point>>,
+    centres: Vec<Position>,
+    /// The tile on the left of each edge.
+    at_edge: BTreeMap<(Point, Point), usize>,
+}
+
+impl Patch {
+    fn new(tiling: &[Tile], monitor: &Monitor) -> Result<Self, Cancelled> {
+        let mut patch = Self { corners: Vec::new(), centres: Vec::new(), at_edge: BTreeMap::new() };
+        for (at, tile) in tiling.iter().enumerate() {
+            monitor.check()?;
+            let corners: Vec<Point> = tile.corners().collect();
+            let n = corners.len();
+            let sum = corners.iter().map(|p| p.position()).fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+            patch.centres.push(sum.map(|x| x / n as f64));
+            patch.at_edge.extend((0..n).map(|k| ((corners[k], corners[(k + 1) % n]), at)));
+            patch.corners.push(corners);
+        }
+        Ok(patch)
+    }
+}
+
+/// The outline of the tiles whose centres lie inside a curve, as far as they make a disk: corners and the directions of
+/// the edges that leave them. Grown from the middle outwards, each tile meeting the disk in one piece of its border; then
+/// tiles that stick out or are missing between their neighbours change sides when their centres are near the curve.
+fn cut(patch: &Patch, curve: &[Position], monitor: &Monitor) -> Result<Option<Vec<(Point, Direction)>>, Cancelled> {
+    // In edges: how near the curve a centre must be for its tile to change sides.
+    const NEAR: f64 = 0.3;
+    let middle = middle(curve);
+    // Whole numbers order the growth the same way on every machine.
+    let order = |at: usize| std::cmp::Reverse((1e6 * distance(patch.centres[at], middle)) as u64);
+    let is_inside = |&centre: &Position| monitor.check().map(|()| contains(curve, centre));
+    let inside = patch.centres.iter().map(is_inside).collect::<Result<Vec<bool>, Cancelled>>()?;
+    let Some(first) = (0..inside.len()).filter(|&at| inside[at]).max_by_key(|&at| order(at)) else { return Ok(None) };
+    // The border of the disk: each corner with the next.
+    let edges = |at: usize| {
+        let corners = &patch.corners[at];
+        (0..corners.len()).map(move |k| (corners[k], corners[(k + 1) % corners.len()]))
+    };
+    let mut next: BTreeMap<Point, Point> = edges(first).collect();
+    let mut taken = vec![false; inside.len()];
+    taken[first] = true;
+    let beyond = |at: usize| edges(at).filter_map(|(a, b)| patch.at_edge.get(&(b, a)).copied());
+    let mut queue: BinaryHeap<_> = beyond(first).map(|other| (order(other), other)).collect();
+    while let Some((_, at)) = queue.pop() {
+        if inside[at] && !taken[at] && grow(&mut next, &patch.corners[at]) {
+            taken[at] = true;
+            // Among these are tiles that were refused, and may fit now.
+            queue.extend(beyond(at).map(|other| (order(other), other)));
+        }
+    }
+    let border: Vec<(Point, Point)> = next.iter().map(|(&a, &b)| (a, b)).collect();
+    for (a, b) in border {
+        let near = |at: usize| to_curve(patch.centres[at], curve) < NEAR;
+        if let Some(&at) = patch.at_edge.get(&(a, b)).filter(|&&at| taken[at] && near(at)) {
+            taken[at] = !shrink(&mut next, &patch.corners[at]);
+        }
+        if let Some(&at) = patch.at_edge.get(&(b, a)).filter(|&&at| !taken[at] && near(at)) {
+            let shared = edges(at).filter(|(a, b)| next.get(b) == Some(a)).count();
+            taken[at] = shared + 1 == patch.corners[at].len() && grow(&mut next, &patch.corners[at]);
+        }
+    }
+    Ok(walk(&next))
+}
+
+/// A border from its least corner: corners and the directions of the edges that leave them.
+fn walk(next: &BTreeMap<Point, Point>) -> Option<Vec<(Point, Direction)>> {
+    let &start = next.keys().next()?;
+    let mut corners = vec![start];
+    while let Some(&p) = next.get(corners.last()?).filter(|&&p| p != start) {
+        corners.push(p);
+    }
+    let n = corners.len();
+    let towards = |k: usize| (0..12).find(|&d| corners[k] + Point::unit(d) == corners[(k + 1) % n]);
+    (0..n).map(|k| Some((corners[k], towards(k)?))).collect()
+}
+
+/// Takes a tile from a disk when all its edges but one are on the disk's border.
+fn shrink(next: &mut BTreeMap<Point, Point>, corners: &[Point]) -> bool {
+    let n = corners.len();
+    let mut inner = (0..n).filter(|&k| next.get(&corners[k]) != Some(&corners[(k + 1) % n]));
+    let (Some(k), None) = (inner.next(), inner.next()) else { return false };
+    for other in (0..n).filter(|&other| other != k) {
+        next.remove(&corners[other]);
+    }
+    // The border now runs along the edge that was inside, with the disk on the other side of it.
+    next.insert(corners[(k + 1) % n], corners[k]);
+    true
+}
+
+/// Adds a tile to a disk when it meets the disk's border in one run of edges and nowhere else.
+fn grow(next: &mut BTreeMap<Point, Point>, corners: &[Point]) -> bool {
+    let n = corners.len();
+    let shared: Vec<bool> = (0..n).map(|k| next.get(&corners[(k + 1) % n]) == Some(&corners[k])).collect();
+    let runs = (0..n).filter(|&k| shared[k] && !shared[(k + n - 1) % n]).count();
+    // A corner between two edges that are not shared must not lie on the border.
+    let touches = (0..n).any(|k| !shared[k] && !shared[(k + n - 1) % n] && next.contains_key(&corners[k]));
+    if runs != 1 || touches {
+        return false;
+    }
+    for k in (0..n).filter(|&k| shared[k]) {
+        next.remove(&corners[(k + 1) % n]);
+    }
+    for k in (0..n).filter(|&k| !shared[k]) {
+        next.insert(corners[k], corners[(k + 1) % n]);
+    }
+    true
+}
+
+fn code(corners: &[(Point, Direction)]) -> Vec<u8> {
+    let n = corners.len();
+    (0..n).map(|k| (corners[(k + n - 1) % n].1 + 18 - corners[k].1) % 12).collect()
+}
+
+fn segments(polygon: &[Position]) -> impl Iterator<Item = [Position; 2]> {
+    (0..polygon.len()).map(|k| [polygon[k], polygon[(k + 1) % polygon.len()]])
+}
+
+fn distance(p: Position, q: Position) -> f64 {
+    (p[0] - q[0]).hypot(p[1] - q[1])
+}
+
+/// Mean of the curve's points, weighted by length.
+fn middle(curve: &[Position]) -> Position {
+    let mut sum = [0.0; 3];
+    for [a, b] in segments(curve) {
+        let length = distance(a, b);
+        sum[0] += length * f64::midpoint(a[0], b[0]);
+        sum[1] += length * f64::midpoint(a[1], b[1]);
+        sum[2] += length;
+    }
+    if sum[2] > 0.0 { [sum[0] / sum[2], sum[1] / sum[2]] } else { curve[0] }
+}
+
+fn contains(curve: &[Position], p: Position) -> bool {
+    let crossings = segments(curve)
+        .filter(|[a, b]| (a[1] > p[1]) != (b[1] > p[1]) && p[0] < a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
+    crossings.count() % 2 == 1
+}
+
+/// Distance from a point to a closed polygon.
+fn to_curve(p: Position, curve: &[Position]) -> f64 {
+    let to_segment = |[a, b]: [Position; 2]| {
+        let (d, e) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+        let square = d[0] * d[0] + d[1] * d[1];
+        let t = if square > 0.0 { ((d[0] * e[0] + d[1] * e[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+        (e[0] - t * d[0]).hypot(e[1] - t * d[1])
+    };
+    segments(curve).map(to_segment).fold(f64::INFINITY, f64::min)
+}
+
+/// Points along a polygon, at most a quarter of an edge apart.
+fn samples(polygon: &[Position]) -> impl Iterator<Item = Position> {
+    segments(polygon).flat_map(|[a, b]| {
+        let steps = (4.0 * distance(a, b)).ceil().max(1.0);
+        let at = move |k: usize| {
+            let t = k as f64 / steps;
+            [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
+        };
+        (0..steps as usize).map(at)
+    })
+}
+
+fn greatest_distance(a: &[Position], b: &[Position]) -> f64 {
+    let one_way = |a: &[Position], b: &[Position]| samples(a).map(|p| to_curve(p, b)).fold(0.0, f64::max);
+    one_way(a, b).max(one_way(b, a))
+}
+
+/// Mean of the squared distances both ways: small when the outline keeps near everywhere.
+fn mean_square(outline: &[Position], curve: &[Position]) -> f64 {
+    let one_way = |a: &[Position], b: &[Position]| {
+        let squares: Vec<f64> = a.iter().map(|&p| to_curve(p, b).powi(2)).collect();
+        squares.iter().sum::<f64>() / squares.len() as f64
+    };
+    let along: Vec<Position> = samples(curve).step_by(2).collect();
+    one_way(outline, curve) + one_way(&along, outline)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Options, Tilings};
+    use std::f64::consts::TAU;
+
+    fn polar(radius: impl Fn(f64) -> f64, stretch: f64) -> Vec<Position> {
+        (0..240)
+            .map(|k| {
+                let angle = TAU * f64::from(k) / 240.0;
+                let r = radius(angle);
+                [stretch * r * angle.cos(), r * angle.sin()]
+            })
+            .collect()
+    }
+
+    fn rounded_rectangle(width: f64, height: f64, corner: f64) -> Vec<Position> {
+        (0..240)
+            .map(|k| {
+                let angle = TAU * (f64::from(k) + 0.5) / 240.0;
+                let (sin, cos) = angle.sin_cos();
+                [
+                    cos.signum() * (width / 2.0 - corner) + corner * cos,
+                    sin.signum() * (height / 2.0 - corner) + corner * sin,
+                ]
+            })
+            .collect()
+    }
+
+    /// The ten outlines of the bars, with edges of length 1.
+    fn drawn() -> Vec<(&'static str, Vec<Position>)> {
+        vec![
+            ("circle", polar(|_| 7.0, 1.0)),
+            ("ellipse", polar(|_| 5.0, 1.8)),
+            ("stadium", rounded_rectangle(22.0, 10.0, 5.0)),
+            ("L", vec![[0.0, 0.0], [14.0, 0.0], [14.0, 6.0], [6.0, 6.0], [6.0, 14.0], [0.0, 14.0]]),
+            ("star", polar(|a| 8.0 + 2.5 * (5.0 * a).cos(), 1.0)),
+            ("kidney", polar(|a| 7.0 + 3.0 * a.cos() - 1.5 * (2.0 * a).cos(), 1.0)),
+            ("rounded rectangle", rounded_rectangle(16.0, 11.0, 3.0)),
+            ("leaf", polar(|a| 4.0 + 6.0 * a.cos().powi(2), 1.0)),
+            ("tower", polar(|a| 13.0 + 1.5 * (4.0 * a).cos(), 1.0)),
+            ("sports stadium", polar(|_| 8.5, 1.25)),
+        ]
+    }
+
+    #[test]
+    fn the_drawn_outlines_are_fitted_within_an_edge_and_can_be_tiled() {
+        let monitor = Monitor::new();
+        for (name, curve) in drawn() {
+            let options = FitOptions { tries: 36, ..FitOptions::default() };
+            let fit = fit_boundary(&curve, 1.0, &options, &monitor).unwrap();
+            assert!(fit.greatest_distance < 1.0, "{name}: {}", fit.greatest_distance);
+            let tiling = crate::find_tiling(&fit.boundary, 1, &Options::default(), &monitor).unwrap();
+            assert!(tiling.is_some(), "{name}");
+            // What is reported, measured again on the corners alone.
+            let corners = fit.positions();
+            assert!(corners.iter().all(|&p| to_curve(p, &curve) < fit.greatest_distance + 1e-9));
+            let area = |p: &[Position]| segments(p).map(|[a, b]| (a[0] * b[1] - a[1] * b[0]) / 2.0).sum::<f64>();
+            assert!((area(&corners) / area(&curve) - 1.0).abs() < 0.06, "{name}");
+            println!(
+                "{name}: {} edges, {:.2} at most, {:.2} in the mean",
+                corners.len(),
+                fit.greatest_distance,
+                fit.mean_distance
+            );
+        }
+    }
+
+    /// A symmetric tiling is tried in the middle of the curve.
+    #[test]
+    fn a_circle_can_get_a_symmetric_outline() {
+        let options = FitOptions { tries: 12, ..FitOptions::default() };
+        let fit = fit_boundary(&polar(|_| 7.0, 1.0), 1.0, &options, &Monitor::new()).unwrap();
+        assert_eq!(fit.boundary.symmetries().len(), 12);
+    }
+
+    #[test]
+    fn a_fit_follows_its_curve_when_it_is_moved_and_scaled() {
+        let monitor = Monitor::new();
+        let curve = polar(|a| 5.0 + (3.0 * a).cos(), 1.0);
+        let fit = fit_boundary(&curve, 1.0, &FitOptions::default(), &monitor).unwrap();
+        let moved: Vec<Position> = curve.iter().rev().map(|[x, y]| [3.0 * x + 100.0, 3.0 * y - 50.0]).collect();
+        let other = fit_boundary(&moved, 3.0, &FitOptions::default(), &monitor).unwrap();
+        assert_eq!(other.boundary.code(), fit.boundary.code());
+        for ([x, y], [u, v]) in fit.positions().into_iter().zip(other.positions()) {
+            assert!((3.0 * x + 100.0 - u).abs() < 1e-6 && (3.0 * y - 50.0 - v).abs() < 1e-6);
+        }
+        let turned = FitOptions { rotation: Some(0.2), ..FitOptions::default() };
+        let fit = fit_boundary(&curve, 1.0, &turned, &monitor).unwrap();
+        assert!(((fit.rotation - 0.2) / FRAC_PI_6).fract().abs() < 1e-9);
+    }
+
+    #[test]
+    fn bad_curves_are_refused() {
+        let monitor = Monitor::new();
+        let fit = |curve: &[Position], edge| fit_boundary(curve, edge, &FitOptions::default(), &monitor);
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        for (curve, edge) in
+            [(&square[..2], 1.0), (&square, 0.0), (&square, f64::NAN), (&square, 1e-5), (&square, 50.0)]
+        {
+            assert!(matches!(fit(curve, edge), Err(TilingError::Option(_))));
+        }
+        assert!(matches!(fit(&[[0.0, 0.0], [f64::NAN, 0.0], [1.0, 1.0]], 1.0), Err(TilingError::Option(_))));
+        let tilings = Tilings::new(&fit(&square, 0.5).unwrap().boundary, &Options::default(), &monitor).unwrap();
+        assert!(tilings.count() > &0u32.into());
+    }
+}

@@ -1,0 +1,40 @@
+//! Tri-Quad Tiling: meshes of unit equilateral triangles and squares inside a given outline.
+//!
+//! Follows C.-H. Peng, H. Pottmann, P. Wonka, Designing Patterns using Triangle-Quad Hybrid Meshes, ACM TOG 37(4), 2018,
+//! parts 3 and 6; docs/papers.md maps its sections to files. Everything about tilings is
+//! exact: only `fit`, whose curves are drawn, decides by rounded numbers.
+
+mod boundary;
+mod certificate;
+mod corner;
+mod error;
+mod explain;
+mod fit;
+mod graph;
+mod inflate;
+mod options;
+mod paths;
+mod picture;
+mod plane;
+mod programme;
+mod random;
+mod region;
+mod repair;
+mod symmetry;
+mod tile;
+mod tilings;
+mod value;
+
+pub use boundary::Boundary;
+pub use certificate::Certificate;
+pub use error::TilingError;
+pub use explain::{Explanation, Verdict, explain_boundary};
+pub use fit::{Fit, FitOptions, fit_boundary};
+pub use mesh::Cancelled;
+pub use num_bigint::BigUint;
+pub use options::Options;
+pub use plane::{Direction, Isometry, Point, Surd};
+pub use programme::tilings_by_programme;
+pub use repair::{Repair, repair};
+pub use tile::{Configuration, Kind, Tile, Tiling};
+pub use tilings::{Tilings, count_tilings, find_tiling, is_tileable, refute};
