@@ -6,7 +6,7 @@ from math import cos, pi, radians, sin
 from pathlib import Path
 
 import bpy
-from mathutils import Euler, Matrix
+from mathutils import Euler, Matrix, Vector
 
 MESHES = Path(__file__).resolve().parent.parent / "blend_fixtures" / "meshes"
 # The shipped meshes have y up.
@@ -87,11 +87,14 @@ def spot_and_blub() -> tuple[bpy.types.Object, bpy.types.Object]:
     return spot, blub
 
 
-def body_and_tongue() -> tuple[bpy.types.Object, bpy.types.Object]:
-    """The MakeHuman body sticks its tongue out."""
+def body_and_eye() -> tuple[bpy.types.Object, bpy.types.Object]:
+    """The MakeHuman body with an eye of its own as an amulet on the chest, or the socket for one."""
     body = load("Body", "makehuman_body.obj", size=0.25)
-    tongue = load("Tongue", "makehuman_tongue.obj", at=(0.0, 0.563, -0.353), turn=(16, 0, 0), size=0.33)
-    return body, tongue
+    # The eye's centre is not its origin.
+    size = 1.1
+    centre = Matrix.Scale(size, 4) @ Vector((0.308, -1.245, 7.284))
+    eye = load("Eye", "makehuman_left_eye.obj", at=Vector((0.0, -0.33, 1.18)) - centre, size=size)
+    return body, eye
 
 
 def bracket() -> tuple[bpy.types.Object, bpy.types.Object]:
@@ -104,6 +107,6 @@ def bracket() -> tuple[bpy.types.Object, bpy.types.Object]:
 
 PAIRS = {
     "spot and blub": Pair(spot_and_blub, ("union", "difference", "intersection"), (1.1, 0.9, 0.5)),
-    "body and tongue": Pair(body_and_tongue, ("union", "difference"), (0.8, -1.0, 0.25), frame_b=True),
+    "body and eye": Pair(body_and_eye, ("union", "difference"), (0.8, -1.0, 0.25), frame_b=True),
     "block and pin": Pair(bracket, ("union", "difference", "intersection"), (0.9, -1.0, 0.9)),
 }
