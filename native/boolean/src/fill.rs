@@ -245,6 +245,16 @@ impl Region {
         Ok(())
     }
 
+    /// Quads that the target edge lengths ask for: the integral of 1 / size squared.
+    pub fn expected_quads(&self) -> f64 {
+        (0..self.surface.triangles.len())
+            .map(|t| {
+                let mean = self.surface.triangles[t].iter().map(|&v| self.size[v as usize]).sum::<f64>() / 3.0;
+                self.surface.area_normal(t).length() / (2.0 * mean * mean)
+            })
+            .sum()
+    }
+
     /// Positions of all vertices of a fill: rim first.
     pub fn points(&self, fill: &Fill) -> Vec<DVec3> {
         self.surface.positions[..self.rim_count].iter().chain(&fill.positions).copied().collect()
@@ -256,7 +266,7 @@ const SHRINKS: [f64; 3] = [1.0, 0.7, 0.5];
 
 /// A flawless fill that scores below this needs no rival: fewer than half an irregular vertex for each border edge, and
 /// shapes near squares.
-const GOOD_SCORE: f64 = 2.0;
+const GOOD_SCORE: f64 = 1.2;
 
 /// A fill of more quads than this is not tried with smaller ones.
 const MOST_REFINED: usize = 1500;

@@ -10,6 +10,10 @@ const FAULT: f64 = 10.0;
 /// Scaled Jacobian below which the worst quad costs extra.
 const WANTED_JACOBIAN: f64 = 0.3;
 
+/// Quads up to this many times those wanted cost nothing; beyond, each further time costs this much.
+const MOST_QUADS: f64 = 1.5;
+const EXCESS_WEIGHT: f64 = 0.3;
+
 /// The judgement of a fill.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
@@ -20,7 +24,7 @@ pub struct Score {
 }
 
 /// Scores a fill by faults (inverted quads, self-intersections), distance from the surface beyond half the limit,
-/// irregular vertices per border edge, and shape (worst and mean scaled Jacobian).
+/// irregular vertices per border edge, quads beyond those wanted, and shape (worst and mean scaled Jacobian).
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -47,7 +51,11 @@ pub fn score(region: &Region, fill: &Fill, diagonal: f64, monitor: &Monitor) -> 
     let inner = region.rim_count as u32..points.len() as u32;
     let irregular = inner.map(|v| (topology.around(v).count() as f64 - 4.0).abs()).sum::<f64>();
     let border: usize = region.loops.iter().map(Vec::len).sum();
+    // A rim finer than the region makes more quads than its area asks for.
+    let wanted = region.expected_quads().max(border as f64 / 2.0);
+    let excess = (fill.quads.len() as f64 / wanted - MOST_QUADS).max(0.0);
     let total = FAULT * faults as f64
+        + EXCESS_WEIGHT * excess
         + (2.0 * distance / DISTANCE_GOAL - 1.0).max(0.0)
         + irregular / border as f64
         + 4.0 * (1.0 - mean)

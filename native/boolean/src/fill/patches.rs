@@ -28,6 +28,10 @@ const TRIANGLE_EDGES: [f64; 2] = [0.7, 0.45];
 /// Regions that need more quads are declined: tracing costs more than linear time.
 const MOST_QUADS: f64 = 2000.0;
 
+/// A fill with this many times the quads wanted, and some, is declined: opposite sides of its patches have counts so
+/// different that what is between them is all transitions.
+const MOST_EXCESS: f64 = 3.0;
+
 /// Layouts with more free counts get rounded ones: a proof of the best takes longer than it is worth.
 const MOST_FREE_COUNTS: usize = 8;
 
@@ -47,12 +51,7 @@ const GOOD_JACOBIAN: f64 = 0.6;
 /// [`Declined`] with the step that failed.
 pub fn fill(region: &Region, scale: f64, alpha: f64, monitor: &Monitor) -> Result<Fill, Declined> {
     let size: Vec<f64> = region.size.iter().map(|s| s * scale).collect();
-    let quads: f64 = (0..region.surface.triangles.len())
-        .map(|t| {
-            let mean = region.surface.triangles[t].iter().map(|&v| size[v as usize]).sum::<f64>() / 3.0;
-            region.surface.area_normal(t).length() / (2.0 * mean * mean)
-        })
-        .sum();
+    let quads = region.expected_quads() / (scale * scale);
     if quads > MOST_QUADS {
         return Err(Declined::Because(format!("about {quads:.0} quads are too many for traces")));
     }
@@ -64,7 +63,8 @@ pub fn fill(region: &Region, scale: f64, alpha: f64, monitor: &Monitor) -> Resul
 
     // Rim vertices keep their numbers.
     let number: BTreeMap<u32, u32> = (0..region.rim_count).map(|k| (vertex[k], k as u32)).collect();
-    let mut build = Build { region, layout: &layout, number, fill: Fill::default(), filler: Filler::new() };
+    let most = (MOST_EXCESS * quads) as usize + 20;
+    let mut build = Build { region, layout: &layout, number, fill: Fill::default(), filler: Filler::new(), most };
     let paths: Vec<Vec<u32>> = (0..counts.len()).map(|s| build.path(s, counts[s])).collect::<Result<_, _>>()?;
     for patch in 0..layout.patches.len() {
         build.patch(patch, &paths, monitor)?;
@@ -124,6 +124,8 @@ struct Build<'a> {
     number: BTreeMap<u32, u32>,
     fill: Fill,
     filler: Filler,
+    /// Most quads.
+    most: usize,
 }
 
 impl Build<'_> {
@@ -200,6 +202,11 @@ impl Build<'_> {
         if candidates.iter().any(|c| c.method == Method::Flattened) {
             // One quad at a blunt corner may still be better than two: in a slanted strip, for instance.
             candidates.extend(self.filler.candidates(&sides, MOST_PATTERNS).map_err(|e| because(monitor, &e))?);
+        }
+        let least = candidates.iter().map(|c| c.quads.len()).min().unwrap_or(0);
+        if self.fill.quads.len() + least > self.most {
+            let reason = format!("the side counts {sides:?} of a patch ask for {least} quads, too many for its area");
+            return Err(Declined::Because(reason));
         }
         let flat = surface.flat();
         let mut best: Option<(f64, Vec<[u32; 4]>, Vec<DVec3>)> = None;
