@@ -84,3 +84,45 @@ fn split(region: &Region, fill: &mut Fill, points: &[DVec3], q: usize, [v, a, b,
     fill.quads.push([b, with_a, e, with_c]);
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use super::open;
+    use crate::fill::test_region::region;
+    use crate::fill::{Fill, finish};
+    use glam::DVec2;
+    use mesh::{DVec3, Monitor, scaled_jacobian};
+    use testkit::plane_region::subdivided;
+
+    #[test]
+    fn a_flat_corner_gets_an_edge_and_the_fill_stays_one() {
+        // A grid of 4 x 3 squares; the edge from (2, 0) to (2, 1) is turned to join (1, 0) and (3, 1).
+        let rim = subdivided(&[(0, 0), (4, 0), (4, 3), (0, 3)].map(|(x, y)| DVec2::new(x.into(), y.into())), 1.0);
+        let region = region(&[rim], |p| p.extend(0.0));
+        let mut fill = Fill {
+            positions: (0..6).map(|k| DVec3::new(f64::from(1 + k % 3), f64::from(1 + k / 3), 0.0)).collect(),
+            quads: vec![],
+        };
+        let points = region.points(&fill);
+        let at = |x: i32, y: i32| {
+            let p = DVec3::new(x.into(), y.into(), 0.0);
+            points.iter().position(|q| q.distance(p) < 1e-9).expect("a vertex of the grid") as u32
+        };
+        for (x, y) in (0..3).flat_map(|y| (0..4).map(move |x| (x, y))).filter(|&(x, y)| y > 0 || x == 0 || x == 3) {
+            fill.quads.push([at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)]);
+        }
+        fill.quads.push([at(1, 0), at(2, 0), at(3, 0), at(3, 1)]);
+        fill.quads.push([at(1, 0), at(3, 1), at(2, 1), at(1, 1)]);
+        region.verify(&fill).unwrap();
+
+        assert!(open(&region, &mut fill));
+        region.verify(&fill).unwrap();
+        let flat = at(2, 0);
+        assert_eq!(fill.quads.iter().flatten().filter(|&&v| v == flat).count(), 2);
+        assert!(!open(&region, &mut fill), "once is enough");
+        let smooth = finish::smooth(&region, &fill, &Monitor::new()).unwrap();
+        let points = region.points(&smooth);
+        let worst = smooth.quads.iter().map(|q| scaled_jacobian(q.map(|v| points[v as usize]))).fold(1.0, f64::min);
+        assert!(worst > 0.2, "{worst}");
+    }
+}
