@@ -1,0 +1,268 @@
+"""From an outline to the panels that fill it: fits, counts and chooses. Runs on a job's thread: touches no bpy.
+
+The fit and the count of the last outline are kept, so that going through its patterns in the redo panel takes no time.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from decimal import Decimal
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from . import native, outline
+from .attributes import Array
+from .outline import ExactOutline, OutlineError
+
+# Lattice directions are multiples of this.
+STEP = math.pi / 6
+# Counts with more digits are shown rounded.
+MOST_DIGITS = 9
+# With a longer outline the fit alone takes a minute.
+MOST_PANELS_ROUND = 1000
+MEBIBYTE = 1 << 20
+# Step from a pattern to the next, as a fraction of all: with the golden ratio patterns that follow one another differ much.
+GOLDEN = (618_033_988_749_895, 10**15)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to make. Lengths in scene units, angles in radians."""
+
+    points: Array
+    """(N,2) the outline, which does not cross itself."""
+    panel_size: float
+    rotation: float | None
+    """Of the panels' edges against the x axis, up to 30 degrees; None for the best."""
+    pattern: str
+    """"any", "regular", "fractured" or "symmetric"."""
+    number: int
+    seed: int
+    memory: int
+    """Mebibytes for the states of a search."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The panels, in the plane of the outline."""
+
+    positions: Array
+    """(V,2)."""
+    face_offsets: Array
+    corner_verts: Array
+    squares: Array
+    """(F,) bool."""
+    orientations: Array
+    """(F,) by how many times 30 degrees each panel is turned against `rotation`: triangles 0 to 3, squares 0 to 2."""
+    rotation: float
+    """Of the panels' edges against the x axis, 0 to 30 degrees; radians."""
+    count: int | None
+    """How many patterns the outline has of the kind asked for; None when there are too many to count."""
+    distance: float
+    """Greatest distance between outline and panels, in panels; 0 when they agree."""
+    notes: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+    """Sentences to translate that the artist should read, with values to put in."""
+
+
+@dataclass
+class _Place:
+    """An outline that has patterns, and all of them when they could be counted."""
+
+    code: Array
+    origin: tuple[float, float]
+    rotation: float
+    distance: float
+    tilings: Any = None
+
+
+_last: tuple[object, _Place, list[tuple[str, dict[str, Any]]]] | None = None
+
+
+def lay(request: Request, progress: native.Progress | None) -> Layout:
+    """The panels of the pattern asked for. Raises OutlineError, NativeError, Cancelled."""
+    place, notes = _place(request, progress)
+    tilings, notes = place.tilings, list(notes)
+    count = None if tilings is None else tilings.count
+    if request.pattern == "any":
+        if tilings is None:
+            text = "Too many patterns to count with {memory} MB: this one was found without. Allow more memory or larger panels"
+            notes.append((text, {"memory": request.memory}))
+            seed = request.seed + (request.number << 32)
+            tiling = native.find_tiling(place.code, seed, memory=request.memory * MEBIBYTE, progress=progress)
+        else:
+            tiling = tilings[_index(request, count)]
+    else:
+        if tilings is None:
+            raise _too_many(request)
+        try:
+            if request.pattern == "symmetric":
+                tilings = _most_symmetric(tilings, progress)
+                count = tilings.count
+                tiling = tilings[_index(request, count)]
+            else:
+                tiling, _ = native.best_tiling(tilings, request.pattern, progress=progress)
+        except native.NativeError as error:
+            if error.code == "memory":
+                raise _too_many(request) from error
+            raise
+    return _layout(request, place, tiling, count, notes)
+
+
+def count_text(count: int) -> str:
+    """The number with its digits, or "about 1.2e11"."""
+    return f"{count:,}" if len(str(count)) <= MOST_DIGITS else "about " + f"{Decimal(count):.1e}".replace("e+", "e")
+
+
+def _too_many(request: Request) -> OutlineError:
+    text = (
+        "“{name}” has too many patterns to find the best ones with {memory} MB: allow more memory, take larger panels, or the "
+        "pattern Any"
+    )
+    return OutlineError(text, memory=request.memory)
+
+
+def _index(request: Request, count: int) -> int:
+    """Which of `count` patterns is meant. Successive numbers go through all of them before one comes again."""
+    stride = max(count * GOLDEN[0] // GOLDEN[1], 1)
+    while math.gcd(stride, count) != 1:
+        stride += 1
+    start = Random(request.seed).randrange(count) if request.seed else 0
+    return (start + (request.number - 1) * stride) % count
+
+
+def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, list[tuple[str, dict[str, Any]]]]:
+    """Where the panels go: the outline itself when whole panels fit, or one near it; kept for the next call."""
+    global _last
+    symmetric = request.pattern == "symmetric"
+    key = (
+        request.points.tobytes(), request.panel_size, request.rotation, request.seed, request.memory, symmetric,
+    )  # fmt: skip
+    if _last is not None and _last[0] == key:
+        return _last[1:]
+    panels_round = outline.perimeter(request.points) / request.panel_size
+    if panels_round > MOST_PANELS_ROUND:
+        text = "“{name}” would take {count:,.0f} panels round its border, more than {most:,}: choose larger panels"
+        raise OutlineError(text, count=panels_round, most=MOST_PANELS_ROUND)
+    notes = []
+    exact = outline.exact_outline(request.points, request.panel_size, request.rotation)
+    place = None
+    if exact is not None:
+        place = _exact_place(request, exact, progress)
+        if place is None:
+            notes.append(("Whole panels fit along the outline, but no pattern fills it: a near outline was taken", {}))
+    if place is None:
+        place = _symmetric_fit(request, progress) if symmetric else _fit(request, progress, rotation=request.rotation)
+        place.tilings = _count(request, place.code, progress)
+    _last = (key, place, notes)
+    return place, notes
+
+
+def _exact_place(request: Request, exact: ExactOutline, progress: native.Progress | None) -> _Place | None:
+    """The outline itself, or None when no pattern fills it."""
+    place = _Place(exact.code, exact.origin, exact.rotation, 0.0, _count(request, exact.code, progress))
+    if place.tilings is not None:
+        return place if place.tilings.count else None
+    found = native.find_tiling(exact.code, 0, memory=request.memory * MEBIBYTE, progress=progress)
+    return None if found is None else place
+
+
+def _count(request: Request, code: Array, progress: native.Progress | None) -> Any:
+    """All patterns of an outline, or None when there are too many for the memory."""
+    try:
+        return native.tilings(code, memory=request.memory * MEBIBYTE, progress=progress)
+    except native.NativeError as error:
+        if error.code == "memory":
+            return None
+        raise
+
+
+def _fit(request: Request, progress: native.Progress | None, **options: Any) -> _Place:
+    try:
+        fit = native.fit_boundary(
+            outline.thinned(request.points, request.panel_size), request.panel_size, progress=progress, seed=request.seed,
+            **options,
+        )  # fmt: skip
+    except native.NativeError as error:
+        # What else the fit refuses was refused before.
+        text = "“{name}” is too small for a panel of {size:.3g}: choose smaller panels"
+        raise OutlineError(text, size=request.panel_size) from error
+    return _Place(fit.code, fit.origin, fit.rotation, fit.greatest_distance)
+
+
+def _symmetric_fit(request: Request, progress: native.Progress | None) -> _Place:
+    """The outline with the most symmetries among those cut, about the middle, from a symmetric tiling of the plane."""
+    rotations = [request.rotation]
+    if request.rotation is None:
+        centred = request.points - request.points.mean(axis=0)
+        _, _, directions = np.linalg.svd(centred, full_matrices=False)
+        principal = math.atan2(directions[0, 1], directions[0, 0])
+        # Mirror axes of the plane's tiling lie 15 degrees apart.
+        rotations = [base + turn for base in (0.0, principal) for turn in (0.0, STEP / 2)]
+    fits = [_fit(request, progress, rotation=rotation, tries=1) for rotation in rotations]
+    order = [_symmetry_order(fit.code) for fit in fits]
+    if max(order) == 1:
+        raise OutlineError("No symmetric outline lies near “{name}”: draw it symmetric, or take another pattern than Symmetric")
+    return min((fit for fit, n in zip(fits, order, strict=True) if n == max(order)), key=lambda fit: fit.distance)
+
+
+def _symmetry_order(code: Array) -> int:
+    """How many rotations and reflections leave an outline as it is."""
+    turned = np.stack([np.roll(code, k) for k in range(len(code))])
+    return int((turned == code).all(axis=1).sum() + (turned == code[::-1]).all(axis=1).sum())
+
+
+def _most_symmetric(tilings: Any, progress: native.Progress | None) -> Any:
+    """The patterns with the greatest group of symmetries that any has."""
+    for group in _groups(tilings.symmetries):
+        found = native.symmetric_tilings(tilings, group, progress=progress)
+        if found.count:
+            return found
+    raise OutlineError("“{name}” has no symmetric pattern at this panel size: change the size or take another pattern")
+
+
+def _groups(symmetries: list[Any]) -> list[list[Any]]:
+    """The groups of an outline's symmetries, greatest first, without that of the identity alone."""
+    turns = [s for s in symmetries if not s.reflection]
+    mirrors = [s for s in symmetries if s.reflection]
+    groups: dict[tuple[int, ...], list[Any]] = {}
+
+    def add(group: list[Any]) -> None:
+        groups.setdefault(tuple(symmetries.index(s) for s in group), group)
+
+    for n in (n for n in range(len(turns), 0, -1) if len(turns) % n == 0):
+        rotations = [s for s in turns if _is_multiple(s.angle, 360 / n)]
+        add(rotations)
+        for mirror in mirrors:
+            # Axes of an n-fold group lie 180 / n degrees apart.
+            add(rotations + [s for s in mirrors if _is_multiple(s.angle - mirror.angle, 180 / n)])
+    return sorted((group for group in groups.values() if len(group) > 1), key=len, reverse=True)
+
+
+def _is_multiple(angle: float, of: float) -> bool:
+    return abs(angle / of - round(angle / of)) < 1e-6
+
+
+def _layout(
+    request: Request, place: _Place, tiling: Any, count: int | None, notes: list[tuple[str, dict[str, Any]]]
+) -> Layout:
+    mesh, orientations = native.tiling_mesh(tiling)
+    cos, sin = math.cos(place.rotation), math.sin(place.rotation)
+    turn = request.panel_size * np.array([[cos, -sin], [sin, cos]])
+    positions = mesh.positions[:, :2] @ turn.T + place.origin
+    squares = np.diff(mesh.face_offsets) == 4
+    # Orientations count from the first edge, whose direction differs from outline to outline.
+    steps = math.floor(place.rotation / STEP + 1e-6)
+    orientations = (orientations + steps) % np.where(squares, 3, 4)
+    rotation = max(place.rotation - steps * STEP, 0.0)
+    return Layout(
+        positions, mesh.face_offsets, mesh.corner_verts, squares, orientations, rotation, count, place.distance, notes
+    )
+
+
+def forget() -> None:
+    """Frees what was kept of the last outline."""
+    global _last
+    _last = None
