@@ -383,5 +383,5 @@ def fit_boundary(
     tries: placements tried, 1 to 100000.
     seed: another one tries others.
 
-    Raises QuadloomError for a curve that is too small for a tile or longer than 10000 edges. The outline keeps within about
+    Raises QuadloomError for a curve that is too small for a tile or longer than 1000 edges. The outline keeps within about
     0.7 edge lengths of the curve."""

@@ -219,7 +219,7 @@ struct Fit {
 /// seed: another one tries others.
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
-/// Raises `QuadloomError` for a curve that is too small for a tile or longer than 10000 edges, and `Cancelled`. The outline
+/// Raises `QuadloomError` for a curve that is too small for a tile or longer than 1000 edges, and `Cancelled`. The outline
 /// keeps within about 0.7 edge lengths of the curve. Time grows with tries, the area in tiles and the number of points.
 #[pyfunction]
 #[pyo3(signature = (points, edge_length, *, rotation = None, tries = 96, seed = 0, progress = None))]

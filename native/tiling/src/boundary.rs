@@ -4,6 +4,7 @@
 use crate::TilingError;
 use crate::plane::{Direction, Point};
 use crate::region::MAX_EDGES;
+use std::collections::BTreeMap;
 
 /// A closed simple polygon with unit edges in the twelve directions: the outline of a region to tile.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,7 +19,7 @@ impl Boundary {
     ///
     /// # Errors
     /// [`TilingError::Boundary`] when the code is too short or too long (16,000 edges), an angle is not in 2 to 11, or
-    /// the polygon does not turn once, does not close, or touches itself. Costs O(n^2).
+    /// the polygon does not turn once, does not close, or touches itself. Costs O(n log n) unless corners crowd.
     pub fn new(code: &[u8]) -> Result<Self, TilingError> {
         let trace = Trace::new(code)?;
         let fault = |code, sentence, corners| Err(TilingError::Boundary { code, sentence, corners });
@@ -124,16 +125,26 @@ impl Trace {
 
     /// Pairs of edges, by the corners they leave, that have a point in common other than the corner between neighbours.
     pub(crate) fn contacts(&self) -> Vec<[u32; 2]> {
+        // Edges that meet begin at most 2 apart: in the same cell or in neighbouring ones, whatever the rounding.
+        const CELL: f64 = 2.5;
+        let cell = |k: usize| self.points[k].position().map(|x| (x / CELL).floor() as i32);
         let n = self.points.len();
+        let mut cells: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
+        for k in 0..n {
+            cells.entry(cell(k)).or_default().push(k);
+        }
         let mut contacts = Vec::new();
         for i in 0..n {
-            for j in i + 1..n {
+            let [x, y] = cell(i);
+            let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [x + dx, y + dy]));
+            for &j in around.filter_map(|cell| cells.get(&cell)).flatten().filter(|&&j| j > i) {
                 let neighbours = j == i + 1 || (i == 0 && j == n - 1);
                 if !neighbours && meet(self.edge(i), self.edge(j)) {
                     contacts.push([i as u32, j as u32]);
                 }
             }
         }
+        contacts.sort_unstable();
         contacts
     }
 

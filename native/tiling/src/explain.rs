@@ -61,7 +61,7 @@ pub struct Explanation {
 ///
 /// # Errors
 /// [`TilingError::Memory`] or [`TilingError::Cancelled`] from the search, which only outlines that pass all other tests
-/// need. Those cost O(n^2), the certificate O(n).
+/// need. Those cost O(n log n), the certificate O(n).
 pub fn explain_boundary(code: &[u8], options: &Options, monitor: &Monitor) -> Result<Explanation, TilingError> {
     let boundary = Boundary::new(code);
     let trace = Trace::new(code);

@@ -12,7 +12,7 @@ use crate::inflate::plane_tiling;
 use crate::plane::{Direction, Point};
 use crate::random::Random;
 use crate::tile::Tile;
-use mesh::Monitor;
+use mesh::{Cancelled, Monitor};
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::FRAC_PI_6;
 
@@ -98,7 +98,7 @@ impl Placement {
 ///
 /// # Errors
 /// [`TilingError::Option`] when the curve has less than 3 points, a coordinate is not finite, the edge length is not
-/// positive, or the curve is too small for a tile or longer than 10,000 edges; [`TilingError::Cancelled`].
+/// positive, or the curve is too small for a tile or longer than 1,000 edges; [`TilingError::Cancelled`].
 ///
 /// # Source
 /// Peng et al. 2018, 3.4, with the deviation above. Costs O(tries * area * points) with the area in tiles.
@@ -119,20 +119,21 @@ pub fn fit_boundary(
         return refuse("tries must be 1 to 100,000, and the rotation a finite number");
     }
     let length: f64 = segments(curve).map(|[a, b]| distance(a, b)).sum();
-    if length > 10_000.0 * edge_length {
-        return refuse("the curve is longer than 10,000 edges; choose longer edges");
+    if length > 1000.0 * edge_length {
+        return refuse("the curve is longer than 1,000 edges; choose longer edges");
     }
     let middle = middle(curve);
     let radius = curve.iter().map(|&p| distance(p, middle)).fold(0.0, f64::max) / edge_length;
     let mut random = Random::new(options.seed);
     let mut best: Option<(f64, Fit)> = None;
-    let mut patch = Patch::new(&[]);
+    let mut patch = Patch::new(&[], monitor)?;
     for attempt in 0..options.tries {
         monitor.stage("fit", attempt as f64 / options.tries as f64)?;
         if attempt % PLACEMENTS == 0 {
             // The first is symmetric about its middle, for the sake of symmetric curves.
             let random = (attempt > 0).then_some(&mut random);
-            patch = Patch::new(&plane_tiling(radius + SHIFT * std::f64::consts::SQRT_2 + 2.0, random, monitor)?);
+            let tiling = plane_tiling(radius + SHIFT * std::f64::consts::SQRT_2 + 2.0, random, monitor)?;
+            patch = Patch::new(&tiling, monitor)?;
         }
         let centred = attempt < PLACEMENTS;
         let searched = if centred { attempt as f64 / PLACEMENTS as f64 } else { random.unit() };
@@ -142,7 +143,7 @@ pub fn fit_boundary(
         let origin = place.out([shift(), shift()]);
         let place = Placement { origin: [middle[0] + origin[0], middle[1] + origin[1]], ..place };
         let local: Vec<Position> = curve.iter().map(|&p| place.back(p)).collect();
-        let Some(corners) = cut(&patch, &local) else { continue };
+        let Some(corners) = cut(&patch, &local, monitor)? else { continue };
         let outline: Vec<Position> = corners.iter().map(|(p, _)| p.position()).collect();
         let error = mean_square(&outline, &local);
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
@@ -173,31 +174,33 @@ struct Patch {
 }
 
 impl Patch {
-    fn new(tiling: &[Tile]) -> Self {
-        let corners: Vec<Vec<Point>> = tiling.iter().map(|tile| tile.corners().collect()).collect();
-        let centre = |corners: &Vec<Point>| {
-            let sum = corners.iter().map(|p| p.position()).fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
-            sum.map(|x| x / corners.len() as f64)
-        };
-        let edges = corners.iter().enumerate().flat_map(|(at, corners)| {
+    fn new(tiling: &[Tile], monitor: &Monitor) -> Result<Self, Cancelled> {
+        let mut patch = Self { corners: Vec::new(), centres: Vec::new(), at_edge: BTreeMap::new() };
+        for (at, tile) in tiling.iter().enumerate() {
+            monitor.check()?;
+            let corners: Vec<Point> = tile.corners().collect();
             let n = corners.len();
-            (0..n).map(move |k| ((corners[k], corners[(k + 1) % n]), at))
-        });
-        Self { centres: corners.iter().map(centre).collect(), at_edge: edges.collect(), corners }
+            let sum = corners.iter().map(|p| p.position()).fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+            patch.centres.push(sum.map(|x| x / n as f64));
+            patch.at_edge.extend((0..n).map(|k| ((corners[k], corners[(k + 1) % n]), at)));
+            patch.corners.push(corners);
+        }
+        Ok(patch)
     }
 }
 
 /// The outline of the tiles whose centres lie inside a curve, as far as they make a disk: corners and the directions of
 /// the edges that leave them. Grown from the middle outwards, each tile meeting the disk in one piece of its border; then
 /// tiles that stick out or are missing between their neighbours change sides when their centres are near the curve.
-fn cut(patch: &Patch, curve: &[Position]) -> Option<Vec<(Point, Direction)>> {
+fn cut(patch: &Patch, curve: &[Position], monitor: &Monitor) -> Result<Option<Vec<(Point, Direction)>>, Cancelled> {
     // In edges: how near the curve a centre must be for its tile to change sides.
     const NEAR: f64 = 0.3;
     let middle = middle(curve);
     // Whole numbers order the growth the same way on every machine.
     let order = |at: usize| std::cmp::Reverse((1e6 * distance(patch.centres[at], middle)) as u64);
-    let inside: Vec<bool> = patch.centres.iter().map(|&centre| contains(curve, centre)).collect();
-    let first = (0..inside.len()).filter(|&at| inside[at]).max_by_key(|&at| order(at))?;
+    let is_inside = |&centre: &Position| monitor.check().map(|()| contains(curve, centre));
+    let inside = patch.centres.iter().map(is_inside).collect::<Result<Vec<bool>, Cancelled>>()?;
+    let Some(first) = (0..inside.len()).filter(|&at| inside[at]).max_by_key(|&at| order(at)) else { return Ok(None) };
     // The border of the disk: each corner with the next.
     let edges = |at: usize| {
         let corners = &patch.corners[at];
@@ -226,6 +229,11 @@ fn cut(patch: &Patch, curve: &[Position]) -> Option<Vec<(Point, Direction)>> {
             taken[at] = shared + 1 == patch.corners[at].len() && grow(&mut next, &patch.corners[at]);
         }
     }
+    Ok(walk(&next))
+}
+
+/// A border from its least corner: corners and the directions of the edges that leave them.
+fn walk(next: &BTreeMap<Point, Point>) -> Option<Vec<(Point, Direction)>> {
     let &start = next.keys().next()?;
     let mut corners = vec![start];
     while let Some(&p) = next.get(corners.last()?).filter(|&&p| p != start) {

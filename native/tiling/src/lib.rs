@@ -1,7 +1,8 @@
 //! Tri-Quad Tiling: meshes of unit equilateral triangles and squares inside a given outline.
 //!
 //! Follows C.-H. Peng, H. Pottmann, P. Wonka, Designing Patterns using Triangle-Quad Hybrid Meshes, ACM TOG 37(4), 2018,
-//! parts 3 and 6; docs/papers.md maps its sections to files. Everything is exact: no decision rests on a rounded number.
+//! parts 3 and 6; docs/papers.md maps its sections to files. Everything about tilings is
+//! exact: only `fit`, whose curves are drawn, decides by rounded numbers.
 
 mod boundary;
 mod certificate;
