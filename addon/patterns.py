@@ -69,13 +69,18 @@ class Layout:
 
 @dataclass
 class _Place:
-    """An outline that has patterns, and all of them when they could be counted."""
+    """An outline that has patterns."""
 
     code: Array
     origin: tuple[float, float]
     rotation: float
     distance: float
     tilings: Any = None
+    """All patterns, or None when there are too many to count."""
+    own: Any = None
+    """The pattern that the outline was cut from, if it was."""
+    searched: bool = True
+    """Whether other patterns can be found without counting."""
 
 
 _last: tuple[object, _Place, list[tuple[str, dict[str, Any]]]] | None = None
@@ -88,10 +93,14 @@ def lay(request: Request, progress: native.Progress | None) -> Layout:
     count = None if tilings is None else tilings.count
     if request.pattern == "any":
         if tilings is None:
-            text = "Too many patterns to count with {memory} MB: this one was found without. Allow more memory or larger panels"
+            tiling = _uncounted(request, place, progress)
+            text = (
+                "Too many patterns to count with {memory} MB: this one was found without. Allow more memory or larger panels"
+                if place.searched
+                else "Too many patterns to search with {memory} MB: Pattern Number has no effect, Seed has. Allow more memory "
+                "or larger panels"
+            )
             notes.append((text, {"memory": request.memory}))
-            seed = request.seed + (request.number << 32)
-            tiling = native.find_tiling(place.code, seed, memory=request.memory * MEBIBYTE, progress=progress)
         else:
             tiling = tilings[_index(request, count)]
     else:
@@ -109,6 +118,19 @@ def lay(request: Request, progress: native.Progress | None) -> Layout:
                 raise _too_many(request) from error
             raise
     return _layout(request, place, tiling, count, notes)
+
+
+def _uncounted(request: Request, place: _Place, progress: native.Progress | None) -> Any:
+    """A pattern found without counting, or that from which the outline was cut."""
+    seed = request.seed + (request.number << 32)
+    if place.searched:
+        try:
+            return native.find_tiling(place.code, seed, memory=request.memory * MEBIBYTE, progress=progress)
+        except native.NativeError as error:
+            if error.code != "memory" or place.own is None:
+                raise
+            place.searched = False
+    return place.own
 
 
 def count_text(count: int) -> str:
@@ -189,7 +211,7 @@ def _fit(request: Request, progress: native.Progress | None, **options: Any) -> 
         # What else the fit refuses was refused before.
         text = "“{name}” is too small for a panel of {size:.3g}: choose smaller panels"
         raise OutlineError(text, size=request.panel_size) from error
-    return _Place(fit.code, fit.origin, fit.rotation, fit.greatest_distance)
+    return _Place(fit.code, fit.origin, fit.rotation, fit.greatest_distance, own=fit.tiling)
 
 
 def _symmetric_fit(request: Request, progress: native.Progress | None) -> _Place:
