@@ -173,7 +173,8 @@ def check_simple(points: Array, verts: Array) -> None:
     back = (_cross(step, next_step) == 0) & ((step * next_step).sum(axis=1) < 0)
     crossing = np.where(next_to, back, ~apart)
     if crossing.any():
-        at = np.unique(np.concatenate([i[crossing], j[crossing]]))
+        segments = np.concatenate([i[crossing], j[crossing]])
+        at = np.unique([segments, (segments + 1) % len(points)])
         raise OutlineError("“{name}” crosses or touches itself: move the points apart there", verts[at])
 
 
@@ -186,6 +187,11 @@ def merged(points: Array) -> Array:
     return np.any(points != np.roll(points, 1, axis=0), axis=1)
 
 
+def area(points: Array) -> float:
+    """Area inside a polygon; negative when it runs clockwise."""
+    return float(_cross(points, np.roll(points, -1, axis=0)).sum()) / 2
+
+
 def perimeter(points: Array) -> float:
     """Length of a closed polygon."""
     return float(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1).sum())
@@ -194,7 +200,7 @@ def perimeter(points: Array) -> float:
 def exact_outline(points: Array, panel_size: float, rotation: float | None) -> ExactOutline | None:
     """The outline as a boundary code, when its sides are whole numbers of panels, its angles multiples of 30 degrees, and its
     sides lie at the rotation asked for, if any."""
-    if (_cross(points, np.roll(points, -1, axis=0))).sum() < 0:
+    if area(points) < 0:
         points = points[::-1]
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     turn = np.arctan2(_cross(before, after), (before * after).sum(axis=1))

@@ -24,6 +24,11 @@ MOST_DIGITS = 9
 # With a longer outline the fit alone takes a minute.
 MOST_PANELS_ROUND = 1000
 MEBIBYTE = 1 << 20
+TRIANGLE_AREA = math.sqrt(3) / 4
+# Why the wheel takes no code: this outline only seemed to consist of whole panels.
+NOT_A_CODE = {"too_short", "too_long", "angle", "turning", "open", "not_simple"}
+# Rotations tried within 30 degrees for a symmetric outline.
+ROTATIONS = 12
 # Step from a pattern to the next, as a fraction of all: with the golden ratio patterns that follow one another differ much.
 GOLDEN = (618_033_988_749_895, 10**15)
 
@@ -168,6 +173,8 @@ def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, 
     if panels_round > MOST_PANELS_ROUND:
         text = "“{name}” would take {count:,.0f} panels round its border, more than {most:,}: choose larger panels"
         raise OutlineError(text, count=panels_round, most=MOST_PANELS_ROUND)
+    if abs(outline.area(request.points)) < TRIANGLE_AREA * request.panel_size**2:
+        raise _too_small(request)
     notes = []
     exact = outline.exact_outline(request.points, request.panel_size, request.rotation)
     place = None
@@ -184,7 +191,13 @@ def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, 
 
 def _exact_place(request: Request, exact: ExactOutline, progress: native.Progress | None) -> _Place | None:
     """The outline itself, or None when no pattern fills it."""
-    place = _Place(exact.code, exact.origin, exact.rotation, 0.0, _count(request, exact.code, progress))
+    try:
+        counted = _count(request, exact.code, progress)
+    except native.NativeError as error:
+        if error.code in NOT_A_CODE:
+            return None
+        raise
+    place = _Place(exact.code, exact.origin, exact.rotation, 0.0, counted)
     if place.tilings is not None:
         return place if place.tilings.count else None
     found = native.find_tiling(exact.code, 0, memory=request.memory * MEBIBYTE, progress=progress)
@@ -209,9 +222,13 @@ def _fit(request: Request, progress: native.Progress | None, **options: Any) -> 
         )  # fmt: skip
     except native.NativeError as error:
         # What else the fit refuses was refused before.
-        text = "“{name}” is too small for a panel of {size:.3g}: choose smaller panels"
-        raise OutlineError(text, size=request.panel_size) from error
+        raise _too_small(request) from error
     return _Place(fit.code, fit.origin, fit.rotation, fit.greatest_distance, own=fit.tiling)
+
+
+def _too_small(request: Request) -> OutlineError:
+    text = "“{name}” is too small for a panel of {size:.3g}: choose smaller panels"
+    return OutlineError(text, size=request.panel_size)
 
 
 def _symmetric_fit(request: Request, progress: native.Progress | None) -> _Place:
@@ -221,8 +238,8 @@ def _symmetric_fit(request: Request, progress: native.Progress | None) -> _Place
         centred = request.points - request.points.mean(axis=0)
         _, _, directions = np.linalg.svd(centred, full_matrices=False)
         principal = math.atan2(directions[0, 1], directions[0, 0])
-        # Mirror axes of the plane's tiling lie 15 degrees apart.
-        rotations = [base + turn for base in (0.0, principal) for turn in (0.0, STEP / 2)]
+        # Mirror axes of the plane's tiling lie 15 degrees apart: some of these keep the outline's. All keep its rotations.
+        rotations = [base + k * STEP / ROTATIONS for base in (0.0, principal) for k in range(ROTATIONS)]
     fits = [_fit(request, progress, rotation=rotation, tries=1) for rotation in rotations]
     order = [_symmetry_order(fit.code) for fit in fits]
     if max(order) == 1:
@@ -267,9 +284,7 @@ def _is_multiple(angle: float, of: float) -> bool:
     return abs(angle / of - round(angle / of)) < 1e-6
 
 
-def _layout(
-    request: Request, place: _Place, tiling: Any, count: int | None, notes: list[tuple[str, dict[str, Any]]]
-) -> Layout:
+def _layout(request: Request, place: _Place, tiling: Any, count: int | None, notes: list[tuple[str, dict[str, Any]]]) -> Layout:
     mesh, orientations = native.tiling_mesh(tiling)
     cos, sin = math.cos(place.rotation), math.sin(place.rotation)
     turn = request.panel_size * np.array([[cos, -sin], [sin, cos]])

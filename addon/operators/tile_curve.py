@@ -45,9 +45,7 @@ class QUADLOOM_OT_tile_curve(TileCurveOptions, JobOperator, bpy.types.Operator):
     bl_label = "Tile Curve"
     bl_options: ClassVar = {"REGISTER", "UNDO"}
 
-    summary: StringProperty(
-        name="Summary", description="What the last run made", options={"HIDDEN", "SKIP_SAVE"}, default=""
-    )
+    summary: StringProperty(name="Summary", description="What the last run made", options={"HIDDEN", "SKIP_SAVE"}, default="")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -184,7 +182,8 @@ def _material(name: str, color: tuple[float, float, float, float]) -> bpy.types.
     if material is None:
         material = bpy.data.materials.new(name)
         material.diffuse_color = color
-        material.use_nodes = True
+        if material.node_tree is None:  # before Blender 5
+            material.use_nodes = True
         for node in material.node_tree.nodes:
             if node.type == "BSDF_PRINCIPLED":
                 node.inputs["Base Color"].default_value = color
