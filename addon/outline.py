@@ -120,8 +120,9 @@ def _walk(edges: Array) -> list[Array]:
 
 
 def flatten(points: Array, to_world: Array, verts: Array) -> tuple[Plane, Array]:
-    """The plane of world points, whose names are `verts`, and the points in it, (N,2). The plane's origin lies below the object's own, and its axes run
-    along the object's as far as they can."""
+    """The plane of world points, whose names are `verts`, and the points in it, (N,2).
+
+    The plane's origin lies below the object's own, and its axes run along the object's as far as they can."""
     centre = points.mean(axis=0)
     _, spread, directions = np.linalg.svd(points - centre, full_matrices=False)
     size = np.ptp(points, axis=0).max()

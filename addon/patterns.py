@@ -29,6 +29,8 @@ TRIANGLE_AREA = math.sqrt(3) / 4
 NOT_A_CODE = {"too_short", "too_long", "angle", "turning", "open", "not_simple"}
 # Rotations tried within 30 degrees for a symmetric outline.
 ROTATIONS = 12
+# By how many panels the outline is let out or taken in when none of those is symmetric.
+GROWTHS = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3)
 # Step from a pattern to the next, as a fraction of all: with the golden ratio patterns that follow one another differ much.
 GOLDEN = (618_033_988_749_895, 10**15)
 
@@ -67,7 +69,7 @@ class Layout:
     count: int | None
     """How many patterns the outline has of the kind asked for; None when there are too many to count."""
     distance: float
-    """Greatest distance between outline and panels, in panels; 0 when they agree."""
+    """Between outline and panels, in panels, at most; 0 when they agree."""
     notes: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     """Sentences to translate that the artist should read, with values to put in."""
 
@@ -214,16 +216,18 @@ def _count(request: Request, code: Array, progress: native.Progress | None) -> A
         raise
 
 
-def _fit(request: Request, progress: native.Progress | None, **options: Any) -> _Place:
+def _fit(request: Request, progress: native.Progress | None, growth: float = 0.0, **options: Any) -> _Place:
+    """A place near the outline, or near the outline scaled so that no point moves by more than `growth` panels."""
+    points = outline.thinned(request.points, request.panel_size)
+    centre = points.mean(axis=0)
+    radius = np.linalg.norm(points - centre, axis=1).max()
+    points = centre + (points - centre) * (1 + growth * request.panel_size / radius)
     try:
-        fit = native.fit_boundary(
-            outline.thinned(request.points, request.panel_size), request.panel_size, progress=progress, seed=request.seed,
-            **options,
-        )  # fmt: skip
+        fit = native.fit_boundary(points, request.panel_size, progress=progress, seed=request.seed, **options)
     except native.NativeError as error:
         # What else the fit refuses was refused before.
         raise _too_small(request) from error
-    return _Place(fit.code, fit.origin, fit.rotation, fit.greatest_distance, own=fit.tiling)
+    return _Place(fit.code, fit.origin, fit.rotation, fit.greatest_distance + abs(growth), own=fit.tiling)
 
 
 def _too_small(request: Request) -> OutlineError:
@@ -240,11 +244,12 @@ def _symmetric_fit(request: Request, progress: native.Progress | None) -> _Place
         principal = math.atan2(directions[0, 1], directions[0, 0])
         # Mirror axes of the plane's tiling lie 15 degrees apart: some of these keep the outline's. All keep its rotations.
         rotations = [base + k * STEP / ROTATIONS for base in (0.0, principal) for k in range(ROTATIONS)]
-    fits = [_fit(request, progress, rotation=rotation, tries=1) for rotation in rotations]
-    order = [_symmetry_order(fit.code) for fit in fits]
-    if max(order) == 1:
-        raise OutlineError("No symmetric outline lies near “{name}”: draw it symmetric, or take another pattern than Symmetric")
-    return min((fit for fit, n in zip(fits, order, strict=True) if n == max(order)), key=lambda fit: fit.distance)
+    for growth in GROWTHS:
+        fits = [_fit(request, progress, growth=growth, rotation=rotation, tries=1) for rotation in rotations]
+        order = [_symmetry_order(fit.code) for fit in fits]
+        if max(order) > 1:
+            return min((fit for fit, n in zip(fits, order, strict=True) if n == max(order)), key=lambda fit: fit.distance)
+    raise OutlineError("No symmetric outline lies near “{name}”: draw it symmetric, or take another pattern than Symmetric")
 
 
 def _symmetry_order(code: Array) -> int:

@@ -92,6 +92,26 @@ def test_the_command_reads_blend_files(tmp_path, module):
     assert target.exists()
 
 
+def test_the_command_tiles_an_outline(tmp_path, module):
+    source, target = tmp_path / "l.obj", tmp_path / "out.obj"
+    corners = [(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)]
+    source.write_text("".join(f"v {x} {y} 0\n" for x, y in corners) + "f 1 2 3 4 5 6\n")
+    arguments = ["tile-curve", str(source), "--panel-size", "0.5", "--rotation", "0", "-o", str(target)]
+    assert module("command").main(arguments) == 0
+    faces = [line for line in target.read_text().splitlines() if line.startswith("f ")]
+    assert len(faces) == 12 / 0.25
+    assert {len(line.split()) for line in faces} == {5}
+
+
+def test_the_command_says_why_an_outline_cannot_be_tiled(tmp_path, module, capsys):
+    source = tmp_path / "box.obj"
+    verts, faces = shapes.box(1)
+    lines = [f"v {x} {y} {z}" for x, y, z in verts] + ["f " + " ".join(str(v + 1) for v in face) for face in faces]
+    source.write_text("\n".join(lines) + "\n")
+    assert module("command").main(["tile-curve", str(source), "-o", str(tmp_path / "out.obj")]) == 1
+    assert "closed all round" in capsys.readouterr().err
+
+
 def test_the_command_says_what_is_missing(tmp_path, module, capsys):
     target = str(tmp_path / "out.obj")
     assert module("command").main(["boolean", str(tmp_path / "none.obj"), "b.obj", "-o", target]) == 1
