@@ -104,7 +104,7 @@ def lay(request: Request, progress: native.Progress | None) -> Layout:
             text = (
                 "Too many patterns to count with {memory} MB: this one was found without. Allow more memory or larger panels"
                 if place.searched
-                else "Too many patterns to search with {memory} MB: Pattern Number has no effect, Seed has. Allow more memory "
+                else "Too many patterns to search with {memory} MB: Number has no effect, Seed has. Allow more memory "
                 "or larger panels"
             )
             notes.append((text, {"memory": request.memory}))

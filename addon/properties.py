@@ -109,7 +109,7 @@ class TileCurveOptions:
         name="Pattern",
         description="Which of the patterns that fill the outline to take",
         items=[
-            ("any", "Any", "Every pattern can be had: go through them with Pattern Number", 0),
+            ("any", "Any", "Every pattern can be had: go through them with Number", 0),
             ("regular", "Regular", "Large fields of triangles and of squares: the fewest vertices where they alternate", 1),
             ("fractured", "Fractured", "Triangles and squares mixed: the most vertices where they alternate", 2),
             ("symmetric", "Symmetric", "Only exactly symmetric patterns, the most symmetric ones there are", 3),
@@ -117,7 +117,7 @@ class TileCurveOptions:
         default="any",
     )
     number: IntProperty(
-        name="Pattern Number",
+        name="Number",
         description="Another number is another pattern of the same outline. All come before one comes again, unless there are "
         "too many to count",
         default=1,
