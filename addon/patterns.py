@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from . import native, outline
+from . import native, outline, symmetry
 from .attributes import Array
 from .outline import ExactOutline, OutlineError
 
@@ -33,6 +33,9 @@ ROTATIONS = 12
 GROWTHS = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3)
 # Step from a pattern to the next, as a fraction of all: with the golden ratio patterns that follow one another differ much.
 GOLDEN = (618_033_988_749_895, 10**15)
+
+# Sentences to translate that the artist should read, with values to put in.
+Notes = list[tuple[str, dict[str, Any]]]
 
 
 @dataclass(frozen=True)
@@ -70,8 +73,7 @@ class Layout:
     """How many patterns the outline has of the kind asked for; None when there are too many to count."""
     distance: float
     """Between outline and panels, in panels, at most; 0 when they agree."""
-    notes: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
-    """Sentences to translate that the artist should read, with values to put in."""
+    notes: Notes = field(default_factory=list)
 
 
 @dataclass
@@ -90,54 +92,56 @@ class _Place:
     """Whether other patterns can be found without counting."""
 
 
-_last: tuple[object, _Place, list[tuple[str, dict[str, Any]]]] | None = None
+_last: tuple[object, _Place, Notes] | None = None
 
 
 def lay(request: Request, progress: native.Progress | None) -> Layout:
     """The panels of the pattern asked for. Raises OutlineError, NativeError, Cancelled."""
     place, notes = _place(request, progress)
-    tilings, notes = place.tilings, list(notes)
-    count = None if tilings is None else tilings.count
-    if request.pattern == "any":
-        if tilings is None:
-            tiling = _uncounted(request, place, progress)
-            text = (
-                "Too many patterns to count with {memory} MB: this one was found without. Allow more memory or larger panels"
-                if place.searched
-                else "Too many patterns to search with {memory} MB: Number has no effect, Seed has. Allow more memory "
-                "or larger panels"
-            )
-            notes.append((text, {"memory": request.memory}))
-        else:
-            tiling = tilings[_index(request, count)]
-    else:
-        if tilings is None:
-            raise _too_many(request)
-        try:
-            if request.pattern == "symmetric":
-                tilings = _most_symmetric(tilings, progress)
-                count = tilings.count
-                tiling = tilings[_index(request, count)]
-            else:
-                tiling, _ = native.best_tiling(tilings, request.pattern, progress=progress)
-        except native.NativeError as error:
-            if error.code == "memory":
-                raise _too_many(request) from error
-            raise
+    if place.tilings is None:
+        tiling, sentence = _uncounted(request, place, progress)
+        notes = [*notes, (sentence, {"memory": request.memory})]
+        return _layout(request, place, tiling, None, notes)
+    try:
+        tiling, count = _counted(request, place.tilings, progress)
+    except native.NativeError as error:
+        if error.code == "memory":
+            raise _too_many(request) from error
+        raise
     return _layout(request, place, tiling, count, notes)
 
 
-def _uncounted(request: Request, place: _Place, progress: native.Progress | None) -> Any:
-    """A pattern found without counting, or that from which the outline was cut."""
-    seed = request.seed + (request.number << 32)
+def _counted(request: Request, tilings: Any, progress: native.Progress | None) -> tuple[Any, int]:
+    """The pattern asked for among all, and how many there are of its kind."""
+    if request.pattern in {"regular", "fractured"}:
+        tiling, _ = native.best_tiling(tilings, request.pattern, progress=progress)
+        return tiling, tilings.count
+    if request.pattern == "symmetric":
+        tilings = _most_symmetric(tilings, progress)
+    return tilings[_index(request, tilings.count)], tilings.count
+
+
+def _uncounted(request: Request, place: _Place, progress: native.Progress | None) -> tuple[Any, str]:
+    """A pattern found without counting, or that from which the outline was cut; and a sentence that says so."""
+    if request.pattern == "symmetric" and place.own is not None and symmetry.is_symmetric(native.tiling_mesh(place.own)[0]):
+        text = "Too many patterns to count with {memory} MB: only one symmetric pattern was found. "
+        return place.own, text + "Allow more memory or larger panels"
+    if request.pattern != "any":
+        raise _too_many(request)
     if place.searched:
+        seed = request.seed + (request.number << 32)
         try:
-            return native.find_tiling(place.code, seed, memory=request.memory * MEBIBYTE, progress=progress)
+            tiling = native.find_tiling(place.code, seed, memory=request.memory * MEBIBYTE, progress=progress)
+            text = "Too many patterns to count with {memory} MB: this one was found without. "
+            return tiling, text + "Allow more memory or larger panels"
         except native.NativeError as error:
-            if error.code != "memory" or place.own is None:
+            if error.code != "memory":
                 raise
+            if place.own is None:
+                raise _too_many(request) from error
             place.searched = False
-    return place.own
+    text = "Too many patterns to search with {memory} MB: Number has no effect, Seed has. "
+    return place.own, text + "Allow more memory or larger panels"
 
 
 def count_text(count: int) -> str:
@@ -146,11 +150,8 @@ def count_text(count: int) -> str:
 
 
 def _too_many(request: Request) -> OutlineError:
-    text = (
-        "“{name}” has too many patterns to find the best ones with {memory} MB: allow more memory, take larger panels, or the "
-        "pattern Any"
-    )
-    return OutlineError(text, memory=request.memory)
+    text = "“{name}” has too many patterns to search with {memory} MB: allow more memory or take larger panels"
+    return OutlineError(text + ("" if request.pattern == "any" else ", or the pattern Any"), memory=request.memory)
 
 
 def _index(request: Request, count: int) -> int:
@@ -162,7 +163,7 @@ def _index(request: Request, count: int) -> int:
     return (start + (request.number - 1) * stride) % count
 
 
-def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, list[tuple[str, dict[str, Any]]]]:
+def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, Notes]:
     """Where the panels go: the outline itself when whole panels fit, or one near it; kept for the next call."""
     global _last
     symmetric = request.pattern == "symmetric"
@@ -177,7 +178,7 @@ def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, 
         raise OutlineError(text, count=panels_round, most=MOST_PANELS_ROUND)
     if abs(outline.area(request.points)) < TRIANGLE_AREA * request.panel_size**2:
         raise _too_small(request)
-    notes = []
+    notes: Notes = []
     exact = outline.exact_outline(request.points, request.panel_size, request.rotation)
     place = None
     if exact is not None:
@@ -202,7 +203,12 @@ def _exact_place(request: Request, exact: ExactOutline, progress: native.Progres
     place = _Place(exact.code, exact.origin, exact.rotation, 0.0, counted)
     if place.tilings is not None:
         return place if place.tilings.count else None
-    found = native.find_tiling(exact.code, 0, memory=request.memory * MEBIBYTE, progress=progress)
+    try:
+        found = native.find_tiling(exact.code, 0, memory=request.memory * MEBIBYTE, progress=progress)
+    except native.NativeError as error:
+        if error.code == "memory":
+            raise _too_many(request) from error
+        raise
     return None if found is None else place
 
 
@@ -246,50 +252,22 @@ def _symmetric_fit(request: Request, progress: native.Progress | None) -> _Place
         rotations = [base + k * STEP / ROTATIONS for base in (0.0, principal) for k in range(ROTATIONS)]
     for growth in GROWTHS:
         fits = [_fit(request, progress, growth=growth, rotation=rotation, tries=1) for rotation in rotations]
-        order = [_symmetry_order(fit.code) for fit in fits]
+        order = [symmetry.outline_order(fit.code) for fit in fits]
         if max(order) > 1:
             return min((fit for fit, n in zip(fits, order, strict=True) if n == max(order)), key=lambda fit: fit.distance)
     raise OutlineError("No symmetric outline lies near “{name}”: draw it symmetric, or take another pattern than Symmetric")
 
 
-def _symmetry_order(code: Array) -> int:
-    """How many rotations and reflections leave an outline as it is."""
-    turned = np.stack([np.roll(code, k) for k in range(len(code))])
-    return int((turned == code).all(axis=1).sum() + (turned == code[::-1]).all(axis=1).sum())
-
-
 def _most_symmetric(tilings: Any, progress: native.Progress | None) -> Any:
     """The patterns with the greatest group of symmetries that any has."""
-    for group in _groups(tilings.symmetries):
+    for group in symmetry.groups(tilings.symmetries):
         found = native.symmetric_tilings(tilings, group, progress=progress)
         if found.count:
             return found
     raise OutlineError("“{name}” has no symmetric pattern at this panel size: change the size or take another pattern")
 
 
-def _groups(symmetries: list[Any]) -> list[list[Any]]:
-    """The groups of an outline's symmetries, greatest first, without that of the identity alone."""
-    turns = [s for s in symmetries if not s.reflection]
-    mirrors = [s for s in symmetries if s.reflection]
-    groups: dict[tuple[int, ...], list[Any]] = {}
-
-    def add(group: list[Any]) -> None:
-        groups.setdefault(tuple(symmetries.index(s) for s in group), group)
-
-    for n in (n for n in range(len(turns), 0, -1) if len(turns) % n == 0):
-        rotations = [s for s in turns if _is_multiple(s.angle, 360 / n)]
-        add(rotations)
-        for mirror in mirrors:
-            # Axes of an n-fold group lie 180 / n degrees apart.
-            add(rotations + [s for s in mirrors if _is_multiple(s.angle - mirror.angle, 180 / n)])
-    return sorted((group for group in groups.values() if len(group) > 1), key=len, reverse=True)
-
-
-def _is_multiple(angle: float, of: float) -> bool:
-    return abs(angle / of - round(angle / of)) < 1e-6
-
-
-def _layout(request: Request, place: _Place, tiling: Any, count: int | None, notes: list[tuple[str, dict[str, Any]]]) -> Layout:
+def _layout(request: Request, place: _Place, tiling: Any, count: int | None, notes: Notes) -> Layout:
     mesh, orientations = native.tiling_mesh(tiling)
     cos, sin = math.cos(place.rotation), math.sin(place.rotation)
     turn = request.panel_size * np.array([[cos, -sin], [sin, cos]])

@@ -39,7 +39,7 @@ def test_only_native_imports_the_wheel():
 
 
 def test_what_runs_on_the_worker_thread_knows_no_bpy():
-    for name in ("attributes.py", "outline.py", "patterns.py", "native.py"):
+    for name in ("attributes.py", "outline.py", "patterns.py", "symmetry.py", "native.py"):
         assert not imports(FOLDER / name) & {"bpy", "bmesh", "mathutils"}
 
 

@@ -263,26 +263,29 @@ def test_regular_has_the_fewest_butterflies_and_fractured_the_most():
     assert counts["regular"] < counts["any"] < counts["fractured"]
 
 
-def test_a_symmetric_pattern_is_symmetric():
-    source = circle()
-    made = tile(panel_size=0.3, pattern="symmetric")
+def symmetries(made: bpy.types.Object) -> int:
+    """How many rotations and reflections leave the panels as they are, the identity included."""
     verts, faces = shapes.arrays(made)
-    centres = np.array([(*verts[list(face)].mean(axis=0)[:2], len(face)) for face in faces])
-    middle = centres[:, :2].mean(axis=0)
-    centres[:, :2] -= middle
+    centres = np.array([verts[list(face)].mean(axis=0)[:2] for face in faces], float)
+    z = (centres - centres.mean(axis=0)) @ np.array([1, 1j])
+    # A turn of the plane for which the edges lie at multiples of 30 degrees.
+    z = z * np.exp(-1j * report(made)["rotation"])
+    images = [np.exp(1j * k * np.pi / 6) * w for k in range(12) for w in (z, z.conj())]
+    return sum(np.abs(image[:, None] - z[None]).min(axis=1).max() < 1e-3 for image in images)
 
-    def same(matrix) -> bool:
-        moved = centres.copy()
-        moved[:, :2] = centres[:, :2] @ np.asarray(matrix).T
-        distance = np.linalg.norm(moved[:, None] - centres[None], axis=2)
-        return bool((distance.min(axis=1) < 1e-3).all())
 
-    turns = [2 * math.pi / n for n in (2, 3)]
-    mirrors = [2 * k * math.pi / 12 + offset for k in range(12) for offset in (0, report(made)["rotation"] * 2)]
-    rotations = [same([[math.cos(a), -math.sin(a)], [math.sin(a), math.cos(a)]]) for a in turns]
-    reflections = [same([[math.cos(a), math.sin(a)], [math.sin(a), -math.cos(a)]]) for a in mirrors]
-    assert any(rotations + reflections)
-    assert source.name == "Outline"
+@pytest.mark.parametrize("memory", [64, 16])
+@pytest.mark.parametrize("size", [0.3, 0.15])
+def test_a_symmetric_pattern_is_symmetric(size, memory):
+    circle()
+    made = tile(panel_size=size, pattern="symmetric", memory=memory)
+    check_panels(made, size)
+    assert symmetries(made) > 1
+
+
+def test_any_pattern_is_rarely_symmetric():
+    circle()
+    assert symmetries(tile(panel_size=0.3)) == 1
 
 
 def test_pattern_numbers_go_through_all_patterns_before_one_comes_again():
