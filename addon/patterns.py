@@ -21,8 +21,8 @@ from .outline import ExactOutline, OutlineError
 STEP = math.pi / 6
 # Counts with more digits are shown rounded.
 MOST_DIGITS = 9
-# With a longer outline the fit alone takes a minute.
-MOST_PANELS_ROUND = 1000
+# With such an outline the fit alone takes half a minute. A little below the wheel's own limit, to leave room for `GROWTHS`.
+MOST_PANELS_ROUND = 900
 MEBIBYTE = 1 << 20
 TRIANGLE_AREA = math.sqrt(3) / 4
 # Why the wheel takes no code: this outline only seemed to consist of whole panels.
