@@ -1,14 +1,16 @@
-"""Quadloom: booleans of quad meshes that stay quad meshes.
+"""Quadloom: booleans of quad meshes that stay quad meshes, and outlines filled with triangles and squares.
 
-Layers: operators -> jobs, bridge, attributes, native; panels name operators by their bl_idname only; native.py alone imports
-the wheel. What touches bpy runs on the main thread; attributes.py and native.py touch no bpy and run on a job's thread.
+Layers: operators -> jobs, bridge, native and what lies between; panels name operators by their bl_idname only; native.py
+alone imports the wheel. What touches bpy runs on the main thread. attributes.py, outline.py, patterns.py, symmetry.py and
+native.py touch no bpy: they run on a job's thread too.
 """
 
 from . import command, jobs, properties
-from .operators import boolean, select_defects
+from .operators import boolean, select_defects, tile_curve
 from .panels import main
+from .panels import tile_curve as tile_curve_panel
 
-modules = (properties, jobs, boolean, select_defects, main, command)
+modules = (properties, jobs, boolean, select_defects, tile_curve, main, tile_curve_panel, command)
 
 
 def register() -> None:

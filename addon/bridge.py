@@ -55,6 +55,40 @@ def read_base(obj: bpy.types.Object) -> Snapshot:
     return _snapshot(obj.data, obj)
 
 
+def read_outline(context: bpy.types.Context, obj: bpy.types.Object) -> Snapshot:
+    """A mesh as its modifiers leave it; a curve as a wire, without thickness and fill."""
+    if obj.type == "MESH":
+        return read(obj, context.evaluated_depsgraph_get())
+    if obj.mode == "EDIT":
+        obj.update_from_editmode()
+    # Blender evaluates only curves that are in a scene, and a thick or filled one to its surface.
+    wire = obj.copy()
+    wire.data = obj.data.copy()
+    wire.data.dimensions = "3D"
+    wire.data.extrude = wire.data.bevel_depth = wire.data.offset = 0.0
+    wire.data.bevel_object = None
+    context.scene.collection.objects.link(wire)
+    try:
+        return read(wire, context.evaluated_depsgraph_get())
+    finally:
+        data = wire.data
+        bpy.data.objects.remove(wire)
+        bpy.data.curves.remove(data)
+
+
+def select_points(curve: bpy.types.Curve, verts: Array, total: int) -> int:
+    """Selects the control points nearest to these of the `total` vertices of the curve's wire, and no other; how many."""
+    points = [point for spline in curve.splines for point in spline.bezier_points or spline.points]
+    chosen = {int(vert) * len(points) // total for vert in verts} if total else set()
+    for index, point in enumerate(points):
+        selected = index in chosen
+        if isinstance(point, bpy.types.BezierSplinePoint):
+            point.select_control_point = point.select_left_handle = point.select_right_handle = selected
+        else:
+            point.select = selected
+    return len(chosen)
+
+
 def world_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Array:
     """(4,4) float64: the object's space to the world, constraints and parents included."""
     return np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)

@@ -1,11 +1,13 @@
-"""`blender --command quadloom boolean A B -o OUT`: the boolean for scripts and farms.
+"""`blender --command quadloom boolean A B -o OUT` and `... tile-curve OUTLINE -o OUT`: the tools for scripts and farms.
 
-A and B are OBJ files, or FILE.blend:OBJECT. OUT is an .obj or a .blend file. Exit code 0, or 1 with the reason on stderr.
+A, B and OUTLINE are OBJ files, or FILE.blend:OBJECT. OUT is an .obj or a .blend file. Exit code 0, or 1 with the reason on
+stderr.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 
@@ -29,26 +31,44 @@ def main(arguments: list[str]) -> int:
     boolean.add_argument("--retraction-distance", type=float, default=1.0, metavar="EDGES")
     boolean.add_argument("--alpha", type=float, default=0.5, help="0 even edge lengths ... 1 few irregular vertices")
     boolean.add_argument("--blend-radius", type=float, default=0.0, help="smoothing along the seam, scene units")
-    boolean.add_argument("-o", "--output", type=Path, required=True, help="an .obj or a .blend file")
+    tile_curve = verbs.add_parser("tile-curve", help="fill an outline with triangles and squares")
+    tile_curve.add_argument("outline", help="FILE.obj or FILE.blend:OBJECT, a closed flat curve or a flat mesh")
+    tile_curve.add_argument("--panel-size", type=float, default=0.25, help="length of every edge, scene units")
+    tile_curve.add_argument("--pattern", choices=["any", "regular", "fractured", "symmetric"], default="any")
+    tile_curve.add_argument("--number", type=int, default=1, help="which of the patterns, from 1")
+    tile_curve.add_argument("--seed", type=int, default=0)
+    tile_curve.add_argument("--rotation", type=float, metavar="DEGREES", help="of the edges; without it the best")
+    tile_curve.add_argument("--memory", type=int, default=64, metavar="MB", help="for counting the patterns")
+    for verb in (boolean, tile_curve):
+        verb.add_argument("-o", "--output", type=Path, required=True, help="an .obj or a .blend file")
     given = parser.parse_args(arguments)
-    options = {name: getattr(given, name) for name in ("operation", "filler", "layout", "alpha", "blend_radius")}
-    options["retraction_distance"] = given.retraction_distance
     try:
         if given.output.suffix not in {".obj", ".blend"}:
             raise ValueError(f"{given.output}: the output must be an .obj or a .blend file")
-        _boolean(given.a, given.b, given.output, options)
+        if given.verb == "boolean":
+            names = ("operation", "filler", "layout", "alpha", "blend_radius", "retraction_distance")
+            _select([_load(given.a), _load(given.b)])
+            bpy.ops.quadloom.boolean(hide_inputs=True, **{name: getattr(given, name) for name in names})
+        else:
+            options = {name: getattr(given, name) for name in ("panel_size", "pattern", "number", "seed", "memory")}
+            if given.rotation is not None:
+                options |= {"fix_rotation": True, "rotation": math.radians(given.rotation)}
+            _select([_load(given.outline)])
+            bpy.ops.quadloom.tile_curve(**options)
+        _save(given.output)
     except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: what an operator reports as an error
         print(f"quadloom: {error}", file=sys.stderr)
         return 1
     return 0
 
 
-def _boolean(a: str, b: str, output: Path, options: dict[str, object]) -> None:
-    operands = [_load(name) for name in (a, b)]
+def _select(objects: list[bpy.types.Object]) -> None:
     for obj in bpy.context.view_layer.objects:
-        obj.select_set(obj in operands)
-    bpy.context.view_layer.objects.active = operands[0]
-    bpy.ops.quadloom.boolean(hide_inputs=True, **options)
+        obj.select_set(obj in objects)
+    bpy.context.view_layer.objects.active = objects[0]
+
+
+def _save(output: Path) -> None:
     if output.suffix == ".blend":
         bpy.ops.wm.save_as_mainfile(filepath=str(output.resolve()))
     else:

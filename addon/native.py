@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from .attributes import Snapshot
+from .attributes import Array, Snapshot
 
 try:
     import quadloom
@@ -51,6 +51,36 @@ def boolean(a: Snapshot, b: Snapshot, *, progress: Progress | None, **options: A
 def check(mesh: Snapshot) -> Any:
     """`quadloom.check`: every defect of the mesh, with indices."""
     return _call(lambda: quadloom.check(_mesh(mesh)))
+
+
+def fit_boundary(points: Array, edge_length: float, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.fit_boundary`: an outline near a polygon that has patterns."""
+    return _call(lambda: quadloom.fit_boundary(points, edge_length, progress=progress, **options))
+
+
+def tilings(code: Array, *, memory: int, progress: Progress | None) -> Any:
+    """`quadloom.tilings`: every pattern of an outline; NativeError "memory" when there are too many."""
+    return _call(lambda: quadloom.tilings(code, memory=memory, progress=progress))
+
+
+def find_tiling(code: Array, seed: int, *, memory: int, progress: Progress | None) -> Any:
+    """`quadloom.find_tiling`: some pattern of an outline, or None."""
+    return _call(lambda: quadloom.find_tiling(code, seed, memory=memory, progress=progress))
+
+
+def best_tiling(tilings: Any, objective: str, *, progress: Progress | None) -> Any:
+    """The best of `tilings` and its cost."""
+    return _call(lambda: tilings.best(objective, progress=progress))
+
+
+def symmetric_tilings(tilings: Any, group: Any, *, progress: Progress | None) -> Any:
+    """Those of `tilings` with the symmetries of the group."""
+    return _call(lambda: tilings.symmetric(group, progress=progress))
+
+
+def tiling_mesh(tiling: Any) -> tuple[Any, Array]:
+    """The panels of one pattern as a mesh with unit edges, and their orientations."""
+    return _call(lambda: (tiling.mesh, tiling.orientations))
 
 
 def _mesh(snapshot: Snapshot) -> Any:

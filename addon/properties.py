@@ -1,9 +1,9 @@
-"""The options of the boolean, declared once: the operator and the panel's settings both inherit them."""
+"""The options of the tools, declared once: each operator and the panel's settings both inherit them."""
 
 import math
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 OPERATION_SIGNS = {"union": "\N{UNION}", "difference": "\N{MINUS SIGN}", "intersection": "\N{INTERSECTION}"}
 
@@ -92,12 +92,82 @@ class BooleanOptions:
 BOOLEAN_OPTIONS = tuple(BooleanOptions.__annotations__)
 
 
+class TileCurveOptions:
+    """Options of `quadloom.tile_curve`, a mixin."""
+
+    panel_size: FloatProperty(
+        name="Panel Size",
+        description="Length of every edge",
+        default=0.25,
+        min=1e-4,
+        soft_min=0.01,
+        soft_max=10.0,
+        subtype="DISTANCE",
+        unit="LENGTH",
+    )
+    pattern: EnumProperty(
+        name="Pattern",
+        description="Which of the patterns that fill the outline to take",
+        items=[
+            ("any", "Any", "Every pattern can be had: go through them with Number", 0),
+            ("regular", "Regular", "Large fields of triangles and of squares: the fewest vertices where they alternate", 1),
+            ("fractured", "Fractured", "Triangles and squares mixed: the most vertices where they alternate", 2),
+            ("symmetric", "Symmetric", "Only exactly symmetric patterns, the most symmetric ones there are", 3),
+        ],
+        default="any",
+    )
+    number: IntProperty(
+        name="Number",
+        description="Another number is another pattern of the same outline. All come before one comes again, unless there are "
+        "too many to count",
+        default=1,
+        min=1,
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Another seed tries other places for the panels along the curve, and starts from another pattern",
+        default=0,
+        min=0,
+    )
+    fix_rotation: BoolProperty(
+        name="Fix Rotation",
+        description="Turn the panels' edges as said, instead of as they follow the curve best",
+        default=False,
+    )
+    rotation: FloatProperty(
+        name="Rotation",
+        description="Angle of the panels' edges against the object's X axis. It repeats every 30 degrees",
+        default=0.0,
+        soft_min=0.0,
+        soft_max=math.radians(30.0),
+        subtype="ANGLE",
+    )
+    memory: IntProperty(
+        name="Memory",
+        description="Most megabytes for counting. Large outlines have more patterns than can be counted; one is found anyway",
+        default=64,
+        min=16,
+        max=1 << 16,
+        soft_max=4096,
+    )
+
+
+TILE_CURVE_OPTIONS = tuple(TileCurveOptions.__annotations__)
+
+
+class TileCurveSettings(TileCurveOptions, bpy.types.PropertyGroup):
+    """What the panel's Tile Curve button will do."""
+
+
 class QuadloomSettings(BooleanOptions, bpy.types.PropertyGroup):
     """What the panel's buttons will do, saved with the scene."""
+
+    tile_curve: PointerProperty(type=TileCurveSettings)
 
 
 def register() -> None:
     """Adds `scene.quadloom`."""
+    bpy.utils.register_class(TileCurveSettings)
     bpy.utils.register_class(QuadloomSettings)
     bpy.types.Scene.quadloom = PointerProperty(type=QuadloomSettings)
 
@@ -106,3 +176,4 @@ def unregister() -> None:
     """Removes `scene.quadloom`."""
     del bpy.types.Scene.quadloom
     bpy.utils.unregister_class(QuadloomSettings)
+    bpy.utils.unregister_class(TileCurveSettings)

@@ -1,4 +1,4 @@
-"""What the boolean would work on, and why it cannot start. Cheap: panels ask at every redraw."""
+"""What the tools would work on, and why they cannot start. Cheap: panels ask at every redraw."""
 
 from __future__ import annotations
 
@@ -30,6 +30,21 @@ def why_not(context: bpy.types.Context) -> str | None:
     for obj in (active, others[0]):
         if len(obj.data.polygons) == 0 and not obj.modifiers and obj.mode != "EDIT":
             return translated("“{name}” has no faces").format(name=obj.name)
+    return None
+
+
+def why_no_outline(context: bpy.types.Context) -> str | None:
+    """Why the active object cannot be tiled, or None."""
+    if native.problem is not None:
+        return native.problem
+    if context.mode not in {"OBJECT", "EDIT_CURVE", "EDIT_MESH"}:
+        return translated("Only in Object Mode and Edit Mode")
+    active = context.active_object
+    if active is None or active.type not in {"CURVE", "MESH"}:
+        return translated("The active object is neither a curve nor a mesh")
+    parts = active.data.splines if active.type == "CURVE" else active.data.edges
+    if len(parts) == 0 and not active.modifiers and active.mode != "EDIT":
+        return translated("“{name}” is empty").format(name=active.name)
     return None
 
 

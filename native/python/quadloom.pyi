@@ -348,6 +348,9 @@ class Fit:
     def code(self) -> _Indices:
         """(V,) the boundary code."""
     @property
+    def tiling(self) -> Tiling:
+        """One tiling of the outline: there is one even where the search for another takes too long."""
+    @property
     def points(self) -> _Floats:
         """(V, 2) the corners in the plane of the curve."""
     @property

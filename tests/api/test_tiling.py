@@ -186,13 +186,13 @@ def test_a_curve_gets_an_outline_that_can_be_tiled():
     implicit = np.hypot((fit.points[:, 0] - 100) / 20, fit.points[:, 1] / 12)
     assert np.abs(implicit - 1).max() * 12 < 2.5
     assert 0 < fit.mean_distance < fit.greatest_distance < 1
-    tiling = quadloom.tilings(fit.code)[0]
-    x, y = tiling.mesh.positions[:, :2].T
     sin, cos = np.sin(fit.rotation), np.cos(fit.rotation)
-    placed = np.array(fit.origin) + fit.edge_length * np.column_stack((cos * x - sin * y, sin * x + cos * y))
-    for corner in fit.points:
-        assert np.linalg.norm(placed - corner, axis=1).min() < 1e-6
-    assert area(tiling.mesh) * 2.5**2 == pytest.approx(np.pi * 20 * 12, rel=0.05)
+    for tiling in (quadloom.tilings(fit.code)[0], fit.tiling):
+        x, y = tiling.mesh.positions[:, :2].T
+        placed = np.array(fit.origin) + fit.edge_length * np.column_stack((cos * x - sin * y, sin * x + cos * y))
+        for corner in fit.points:
+            assert np.linalg.norm(placed - corner, axis=1).min() < 1e-6
+        assert area(tiling.mesh) * 2.5**2 == pytest.approx(np.pi * 20 * 12, rel=0.05)
 
 
 @pytest.mark.parametrize("points", [[[0, 0], [1, 1]], [[0, 0, 0]] * 4, [[0, 0], [1, 0], [0, np.nan]]])

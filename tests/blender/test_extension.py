@@ -39,7 +39,7 @@ def test_only_native_imports_the_wheel():
 
 
 def test_what_runs_on_the_worker_thread_knows_no_bpy():
-    for name in ("attributes.py", "native.py"):
+    for name in ("attributes.py", "outline.py", "patterns.py", "symmetry.py", "native.py"):
         assert not imports(FOLDER / name) & {"bpy", "bmesh", "mathutils"}
 
 
@@ -54,7 +54,7 @@ def test_every_icon_exists():
 
 
 def test_every_option_has_a_tooltip():
-    for operator in ("boolean", "select_defects"):
+    for operator in ("boolean", "select_defects", "tile_curve"):
         rna = getattr(bpy.ops.quadloom, operator).get_rna_type()
         assert rna.description
         for prop in rna.properties:
@@ -90,6 +90,26 @@ def test_the_command_reads_blend_files(tmp_path, module):
     assert [group.name for group in made.vertex_groups] == ["Height"]
     assert [layer.name for layer in made.data.uv_layers] == ["Planar"]
     assert target.exists()
+
+
+def test_the_command_tiles_an_outline(tmp_path, module):
+    source, target = tmp_path / "l.obj", tmp_path / "out.obj"
+    corners = [(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)]
+    source.write_text("".join(f"v {x} {y} 0\n" for x, y in corners) + "f 1 2 3 4 5 6\n")
+    arguments = ["tile-curve", str(source), "--panel-size", "0.5", "--rotation", "0", "-o", str(target)]
+    assert module("command").main(arguments) == 0
+    faces = [line for line in target.read_text().splitlines() if line.startswith("f ")]
+    assert len(faces) == 12 / 0.25
+    assert {len(line.split()) for line in faces} == {5}
+
+
+def test_the_command_says_why_an_outline_cannot_be_tiled(tmp_path, module, capsys):
+    source = tmp_path / "box.obj"
+    verts, faces = shapes.box(1)
+    lines = [f"v {x} {y} {z}" for x, y, z in verts] + ["f " + " ".join(str(v + 1) for v in face) for face in faces]
+    source.write_text("\n".join(lines) + "\n")
+    assert module("command").main(["tile-curve", str(source), "-o", str(tmp_path / "out.obj")]) == 1
+    assert "closed all round" in capsys.readouterr().err
 
 
 def test_the_command_says_what_is_missing(tmp_path, module, capsys):

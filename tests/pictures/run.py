@@ -18,7 +18,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import blenders  # noqa: E402  (found through the line above)
 
-PANEL = ("panel-ready.png", "panel-grey.png")
+PANEL = ("panel-ready.png", "panel-grey.png", "panel-tile-curve.png")
 SECONDS = 1800
 
 

@@ -196,6 +196,8 @@ fn to_boundary(py: Python<'_>, found: &Explanation) -> PyResult<Boundary> {
 struct Fit {
     /// (V,) int32: the boundary code.
     code: Py<PyArray1<i32>>,
+    /// One tiling of the outline: there is one even where the search for another takes too long.
+    tiling: Py<Tiling>,
     /// (V, 2) float64: the corners in the plane of the curve.
     points: Py<PyArray2<f64>>,
     /// Where the first corner lies: a tiling's vertex p belongs at origin + edge_length * (p turned by rotation).
@@ -240,9 +242,11 @@ fn fit_boundary(
         ::tiling::fit_boundary(&curve, edge_length, &options, monitor)
     })?;
     let fit = fitted.map_err(|error| to_exception(py, error))?;
+    let positions = arrays::rows(py, &fit.positions())?.unbind();
     Ok(Fit {
         code: PyArray1::from_iter(py, fit.boundary.code().iter().map(|&angle| i32::from(angle))).unbind(),
-        points: arrays::rows(py, &fit.positions())?.unbind(),
+        tiling: Py::new(py, Tiling { source: Source::Made(fit.tiling) })?,
+        points: positions,
         origin: fit.origin.into(),
         rotation: fit.rotation,
         edge_length,

@@ -9,9 +9,9 @@
 use crate::TilingError;
 use crate::boundary::Boundary;
 use crate::inflate::plane_tiling;
-use crate::plane::{Direction, Point};
+use crate::plane::{Direction, Isometry, Point};
 use crate::random::Random;
-use crate::tile::Tile;
+use crate::tile::{Tile, Tiling};
 use mesh::{Cancelled, Monitor};
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::FRAC_PI_6;
@@ -48,6 +48,8 @@ impl Default for FitOptions {
 pub struct Fit {
     /// The outline. It can be tiled.
     pub boundary: Boundary,
+    /// One tiling of it, that it was cut from: there is one even where the search for another takes too long.
+    pub tiling: Tiling,
     /// Where its first corner lies.
     pub origin: Position,
     /// Direction of its first edge, in radians.
@@ -143,13 +145,14 @@ pub fn fit_boundary(
         let origin = place.out([shift(), shift()]);
         let place = Placement { origin: [middle[0] + origin[0], middle[1] + origin[1]], ..place };
         let local: Vec<Position> = curve.iter().map(|&p| place.back(p)).collect();
-        let Some(corners) = cut(&patch, &local, monitor)? else { continue };
+        let Some((corners, taken)) = cut(&patch, &local, monitor)? else { continue };
         let outline: Vec<Position> = corners.iter().map(|(p, _)| p.position()).collect();
         let error = mean_square(&outline, &local);
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             let (first, towards) = corners[0];
             let fit = Fit {
                 boundary: Boundary::new(&code(&corners))?,
+                tiling: patch.tiling(&taken, first, towards),
                 origin: place.out(first.position()),
                 rotation: (rotation + f64::from(towards) * FRAC_PI_6).rem_euclid(std::f64::consts::TAU),
                 edge_length,
@@ -167,6 +170,7 @@ pub fn fit_boundary(
 
 /// A tiling of a part of the plane, ready to be cut.
 struct Patch {
+    tiles: Vec<Tile>,
     corners: Vec<Vec<Point>>,
     centres: Vec<Position>,
     /// The tile on the left of each edge.
@@ -175,7 +179,8 @@ struct Patch {
 
 impl Patch {
     fn new(tiling: &[Tile], monitor: &Monitor) -> Result<Self, Cancelled> {
-        let mut patch = Self { corners: Vec::new(), centres: Vec::new(), at_edge: BTreeMap::new() };
+        let mut patch =
+            Self { tiles: tiling.to_vec(), corners: Vec::new(), centres: Vec::new(), at_edge: BTreeMap::new() };
         for (at, tile) in tiling.iter().enumerate() {
             monitor.check()?;
             let corners: Vec<Point> = tile.corners().collect();
@@ -187,12 +192,22 @@ impl Patch {
         }
         Ok(patch)
     }
+
+    /// The tiles taken, moved so that the edge that leaves `first` `towards` there becomes the first edge of a boundary.
+    fn tiling(&self, taken: &[bool], first: Point, towards: Direction) -> Tiling {
+        let turn = Isometry { turn: (12 - towards) % 12, ..Isometry::default() };
+        let home = turn.after(Isometry::shift(Point::default() - first));
+        let tiles = self.tiles.iter().zip(taken).filter(|(_, taken)| **taken);
+        Tiling { tiles: tiles.map(|(tile, _)| tile.mapped(home)).collect() }
+    }
 }
 
-/// The outline of the tiles whose centres lie inside a curve, as far as they make a disk: corners and the directions of
-/// the edges that leave them. Grown from the middle outwards, each tile meeting the disk in one piece of its border; then
+/// A region's border, as corners and the directions of the edges that leave them, and which tiles are in it.
+type Cut = (Vec<(Point, Direction)>, Vec<bool>);
+
+/// The outline of the tiles whose centres lie inside a curve, as far as they make a disk. Grown from the middle outwards, each tile meeting the disk in one piece of its border; then
 /// tiles that stick out or are missing between their neighbours change sides when their centres are near the curve.
-fn cut(patch: &Patch, curve: &[Position], monitor: &Monitor) -> Result<Option<Vec<(Point, Direction)>>, Cancelled> {
+fn cut(patch: &Patch, curve: &[Position], monitor: &Monitor) -> Result<Option<Cut>, Cancelled> {
     // In edges: how near the curve a centre must be for its tile to change sides.
     const NEAR: f64 = 0.3;
     let middle = middle(curve);
@@ -229,7 +244,7 @@ fn cut(patch: &Patch, curve: &[Position], monitor: &Monitor) -> Result<Option<Ve
             taken[at] = shared + 1 == patch.corners[at].len() && grow(&mut next, &patch.corners[at]);
         }
     }
-    Ok(walk(&next))
+    Ok(walk(&next).map(|corners| (corners, taken)))
 }
 
 /// A border from its least corner: corners and the directions of the edges that leave them.
@@ -349,6 +364,7 @@ fn mean_square(outline: &[Position], curve: &[Position]) -> f64 {
 mod tests {
     use super::*;
     use crate::{Options, Tilings};
+    use std::collections::BTreeSet;
     use std::f64::consts::TAU;
 
     fn polar(radius: impl Fn(f64) -> f64, stretch: f64) -> Vec<Position> {
@@ -390,6 +406,12 @@ mod tests {
         ]
     }
 
+    /// The edges of a polygon.
+    fn around(corners: impl Iterator<Item = Point>) -> Vec<(Point, Point)> {
+        let corners: Vec<Point> = corners.collect();
+        (0..corners.len()).map(|k| (corners[k], corners[(k + 1) % corners.len()])).collect()
+    }
+
     #[test]
     fn the_drawn_outlines_are_fitted_within_an_edge_and_can_be_tiled() {
         let monitor = Monitor::new();
@@ -399,6 +421,12 @@ mod tests {
             assert!(fit.greatest_distance < 1.0, "{name}: {}", fit.greatest_distance);
             let tiling = crate::find_tiling(&fit.boundary, 1, &Options::default(), &monitor).unwrap();
             assert!(tiling.is_some(), "{name}");
+            // No two tiles of its tiling share a side of an edge, and the edges with one tile are the outline's.
+            let edges: BTreeSet<(Point, Point)> =
+                fit.tiling.tiles.iter().flat_map(|tile| around(tile.corners())).collect();
+            assert_eq!(edges.len(), fit.tiling.tiles.iter().map(|tile| tile.kind.corners()).sum::<usize>(), "{name}");
+            let single: BTreeSet<_> = edges.iter().copied().filter(|&(a, b)| !edges.contains(&(b, a))).collect();
+            assert_eq!(single, around(fit.boundary.points().iter().copied()).into_iter().collect(), "{name}");
             // What is reported, measured again on the corners alone.
             let corners = fit.positions();
             assert!(corners.iter().all(|&p| to_curve(p, &curve) < fit.greatest_distance + 1e-9));

@@ -86,6 +86,23 @@ def test_esc_cancels_and_leaves_nothing() -> Generator[None, None, None]:
     assert not any(obj.hide_get() for obj in bpy.data.objects)
 
 
+def test_a_modal_tiling_makes_the_panels_in_one_undo_step() -> Generator[None, None, None]:
+    for block in (*bpy.data.objects, *bpy.data.meshes):
+        bpy.data.batch_remove([block])
+    with bpy.context.temp_override(**view()):
+        bpy.ops.curve.primitive_bezier_circle_add(radius=2.0)
+    source = bpy.context.active_object.name
+    bpy.ops.ed.undo_push(message="a circle")
+    with bpy.context.temp_override(**view()):
+        assert bpy.ops.quadloom.tile_curve("INVOKE_DEFAULT", True, panel_size=0.3) == {"RUNNING_MODAL"}
+    yield from until_done()
+    assert {len(face.vertices) for face in bpy.data.objects[f"{source} Panels"].data.polygons} == {3, 4}
+    with bpy.context.temp_override(**view()):
+        bpy.ops.ed.undo()
+    yield
+    assert [obj.name for obj in bpy.data.objects] == [source]
+
+
 def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     start(12, operation="union", hide_inputs=False)
     yield from until_done()
@@ -106,6 +123,13 @@ def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     for _ in range(20):
         yield
     photograph(folder, "panel-grey.png")
+    with bpy.context.temp_override(**view()):
+        bpy.ops.curve.primitive_bezier_circle_add(radius=2.0)
+        bpy.ops.quadloom.tile_curve(panel_size=0.3)
+    sidebar.tag_redraw()
+    for _ in range(20):
+        yield
+    photograph(folder, "panel-tile-curve.png")
 
 
 def photograph(folder: Path | None, name: str) -> None:
@@ -120,6 +144,7 @@ def run(folder: Path, pictures: Path | None) -> Generator[None, None, None]:
     tests = [
         test_a_modal_run_makes_the_result_in_one_undo_step(),
         test_esc_cancels_and_leaves_nothing(),
+        test_a_modal_tiling_makes_the_panels_in_one_undo_step(),
         test_the_panel_draws(pictures),
     ]
     for test in tests:

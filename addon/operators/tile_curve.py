@@ -1,0 +1,244 @@
+"""`quadloom.tile_curve`: a closed plane curve, or a plane mesh's outline, becomes a mesh of triangles and squares."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import bpy
+import numpy as np
+from bpy.app.translations import pgettext_rpt as translated
+from bpy.props import StringProperty
+from mathutils import Matrix
+
+from .. import attributes, bridge, messages, native, outline, patterns, selection
+from ..attributes import Array, Attribute, Snapshot
+from ..jobs import JobOperator
+from ..outline import OutlineError, Plane
+from ..patterns import Layout, Request
+from ..properties import TILE_CURVE_OPTIONS, TileCurveOptions
+
+KIND, ORIENTATION = "tile_kind", "tile_orientation"
+# Name and colour of the material of each kind of panel, triangles first.
+MATERIALS = (("Triangle Panels", (0.80, 0.42, 0.16, 1.0)), ("Square Panels", (0.16, 0.36, 0.58, 1.0)))
+
+
+@dataclass(frozen=True)
+class Task:
+    """What one run works on, read from Blender before it starts."""
+
+    name: str
+    plane: Plane
+    request: Request
+
+    def run(self, progress: native.Progress | None) -> Layout:
+        """The panels. Touches no bpy."""
+        return patterns.lay(self.request, progress)
+
+
+class QUADLOOM_OT_tile_curve(TileCurveOptions, JobOperator, bpy.types.Operator):
+    """Fill the active closed curve, or the outline of the active flat mesh, with panels of one size: triangles and squares.
+    The object itself is not altered"""
+
+    bl_idname = "quadloom.tile_curve"
+    bl_label = "Tile Curve"
+    bl_options: ClassVar = {"REGISTER", "UNDO"}
+
+    summary: StringProperty(name="Summary", description="What the last run made", options={"HIDDEN", "SKIP_SAVE"}, default="")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Grey, with the reason, unless a curve or a mesh is active."""
+        reason = selection.why_no_outline(context)
+        if reason is not None:
+            cls.poll_message_set(reason)
+        return reason is None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Runs to the end: scripts, the redo panel, `blender -b`."""
+        if not self._prepare(context):
+            return {"CANCELLED"}
+        return self.conclude(context, lambda: self._task.run(None))
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Runs on a worker thread with a progress bar and Esc."""
+        if bpy.app.background:
+            return self.execute(context)
+        if not self._prepare(context):
+            return {"CANCELLED"}
+        return self.start(context, self._task.run)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """The redo panel."""
+        layout = self.layout
+        layout.use_property_split = True
+        for line in self.summary.splitlines():
+            layout.label(text=line)
+        for name in TILE_CURVE_OPTIONS:
+            row = layout.row()
+            # There is one most regular pattern, and a rotation only where it is fixed.
+            row.enabled = (name != "number" or self.pattern in {"any", "symmetric"}) and (
+                name != "rotation" or self.fix_rotation
+            )
+            row.prop(self, name)
+
+    def finish(self, context: bpy.types.Context, layout: Layout) -> set[str]:
+        """Puts the panels into the scene."""
+        source = bpy.data.objects.get(self._task.name)
+        if source is None:
+            self.report({"ERROR"}, translated("The outline was removed while it was tiled"))
+            return {"CANCELLED"}
+        if context.mode != "OBJECT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        lines = _summary(layout)
+        self.summary = "\n".join(lines)
+        self._add_result(context, source, layout)
+        for sentence, values in layout.notes:
+            self.report({"WARNING"}, translated(sentence).format(**values))
+        self.report({"INFO"}, "; ".join(lines))
+        return {"FINISHED"}
+
+    def fail(self, context: bpy.types.Context, error: Exception) -> set[str]:
+        """Says what is wrong and how to mend it. What is neither the outline's fault nor the wheel's error is a bug, and
+        raised."""
+        if isinstance(error, OutlineError):
+            text = translated(error.sentence).format(name=self._task.name, **error.values)
+        elif isinstance(error, native.NativeError):
+            text = messages.sentence(error, (self._task.name, self._task.name))
+        else:
+            raise error
+        self.report({"ERROR"}, text)
+        return {"CANCELLED"}
+
+    def _prepare(self, context: bpy.types.Context) -> bool:
+        """Reads the outline into a task; reports, selects what is wrong and returns False when it cannot be tiled."""
+        obj = context.active_object
+        wire = bridge.read_outline(context, obj)
+        try:
+            to_world = bridge.world_matrix(obj, context.evaluated_depsgraph_get())
+            if not np.isfinite(to_world).all() or (np.linalg.norm(to_world[:3, :3], axis=0) < 1e-12).any():
+                raise OutlineError("“{name}” has a scale of zero: scale it up first")
+            loop = outline.closed_loop(wire.positions, wire.edges, wire.face_offsets, wire.corner_verts)
+            positions = wire.positions[loop] @ to_world[:3, :3].T + to_world[:3, 3]
+            different = outline.merged(positions)
+            loop = loop[different]
+            plane, points = outline.flatten(positions[different], to_world, loop)
+            outline.check_simple(points, loop)
+        except OutlineError as error:
+            text = translated(error.sentence).format(name=obj.name, **error.values)
+            where = _select(context, obj, wire, error.verts)
+            self.report({"ERROR"}, text + (f" ({where})" if where else ""))
+            return False
+        request = Request(
+            points=points,
+            panel_size=self.panel_size,
+            rotation=self.rotation if self.fix_rotation else None,
+            pattern=self.pattern,
+            number=self.number,
+            seed=self.seed,
+            memory=self.memory,
+        )
+        self._task = Task(obj.name, plane, request)
+        return True
+
+    def _add_result(self, context: bpy.types.Context, source: bpy.types.Object, layout: Layout) -> None:
+        name = translated("{name} Panels").format(name=source.name)
+        mesh = bridge.write(name, _snapshot(layout))
+        made = bpy.data.objects.new(name, mesh)
+        made.matrix_world = Matrix(self._task.plane.matrix.tolist())
+        made["quadloom_report"] = json.dumps(_report(self._task.request, layout))
+        context.collection.objects.link(made)
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        made.select_set(True)
+        context.view_layer.objects.active = made
+
+
+def _snapshot(layout: Layout) -> Snapshot:
+    """The panels as a mesh with attributes and materials."""
+    following = np.arange(len(layout.corner_verts)) + 1
+    following[layout.face_offsets[1:] - 1] = layout.face_offsets[:-1]
+    sides = np.stack([layout.corner_verts, layout.corner_verts[following]], axis=1)
+    edges = np.unique(np.sort(sides, axis=1), axis=0).astype(np.int32)
+    kinds = layout.squares.astype(np.int32)[:, None]
+    return Snapshot(
+        positions=np.column_stack([layout.positions, np.zeros(len(layout.positions))]),
+        edges=edges,
+        face_offsets=layout.face_offsets,
+        corner_verts=layout.corner_verts,
+        attributes={
+            KIND: Attribute("FACE", "INT", kinds),
+            ORIENTATION: Attribute("FACE", "INT", layout.orientations.astype(np.int32)[:, None]),
+            attributes.MATERIAL: Attribute("FACE", "INT", kinds),
+        },
+        materials=[_material(*each) for each in MATERIALS],
+    )
+
+
+def _material(name: str, color: tuple[float, float, float, float]) -> bpy.types.Material:
+    """The material of that name: what the artist made of it stays."""
+    material = bpy.data.materials.get(name)
+    if material is None:
+        material = bpy.data.materials.new(name)
+        material.diffuse_color = color
+        if material.node_tree is None:  # before Blender 5
+            material.use_nodes = True
+        for node in material.node_tree.nodes:
+            if node.type == "BSDF_PRINCIPLED":
+                node.inputs["Base Color"].default_value = color
+    return material
+
+
+def _summary(layout: Layout) -> list[str]:
+    squares = int(layout.squares.sum())
+    text = translated("{triangles:,} triangles, {squares:,} squares")
+    lines = [text.format(triangles=len(layout.squares) - squares, squares=squares)]
+    if layout.count is None:
+        lines.append(translated("More patterns than can be counted"))
+    else:
+        text = translated("1 pattern" if layout.count == 1 else "{count} patterns")
+        lines.append(text.format(count=patterns.count_text(layout.count)))
+    return lines
+
+
+def _report(request: Request, layout: Layout) -> dict[str, Any]:
+    """What is kept with the result. The count is text: it may pass any number type."""
+    squares = int(layout.squares.sum())
+    return {
+        "triangles": len(layout.squares) - squares,
+        "squares": squares,
+        "panel_size": request.panel_size,
+        "rotation": layout.rotation,
+        "pattern": request.pattern,
+        "number": request.number,
+        "seed": request.seed,
+        "patterns": None if layout.count is None else str(layout.count),
+        "distance": layout.distance,
+        "summary": _summary(layout),
+    }
+
+
+def _select(context: bpy.types.Context, obj: bpy.types.Object, wire: Snapshot, verts: Array) -> str:
+    """Selects what these vertices of the wire are on the object; says what was selected."""
+    if len(verts) == 0:
+        return ""
+    if obj.type == "CURVE":
+        count = bridge.select_points(obj.data, verts, len(wire.positions))
+        text = translated("1 control point selected" if count == 1 else "{count:,} control points selected")
+        return text.format(count=count)
+    if not bridge.can_select(obj, wire):
+        return translated("apply the modifiers to see where")
+    counts = bridge.select(context, obj, {"verts": verts})
+    return translated("selected: {counts}").format(counts=messages.count_text(counts))
+
+
+def register() -> None:
+    """Adds the operator."""
+    bpy.utils.register_class(QUADLOOM_OT_tile_curve)
+
+
+def unregister() -> None:
+    """Removes the operator and frees what it kept."""
+    bpy.utils.unregister_class(QUADLOOM_OT_tile_curve)
+    patterns.forget()

@@ -1,0 +1,67 @@
+"""The panel of Tile Curve in the tab "Quadloom": its options, how many patterns there are, and why its button is grey."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+
+import bpy
+from bpy.app.translations import pgettext_iface as translated
+
+from .. import jobs, selection
+from ..properties import TILE_CURVE_OPTIONS
+from .main import PIXELS_A_LETTER
+
+
+class QUADLOOM_PT_tile_curve(bpy.types.Panel):
+    """Tile Curve."""
+
+    bl_idname = "QUADLOOM_PT_tile_curve"
+    bl_label = "Tile Curve"
+    bl_category = "Quadloom"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Reads properties only: it runs at every redraw."""
+        layout = self.layout
+        settings = context.scene.quadloom.tile_curve
+        layout.enabled = jobs.running is None
+        made = context.active_object and context.active_object.get("quadloom_report")
+        report = json.loads(made) if isinstance(made, str) else {}
+        if "patterns" in report:
+            box = layout.box().column(align=True)
+            for line in report["summary"]:
+                box.label(text=line)
+        reason = selection.why_no_outline(context)
+        if reason is None:
+            text = translated("Fills “{name}”").format(name=context.active_object.name)
+            layout.label(text=text, icon="MESH_GRID")
+        else:
+            column = layout.column(align=True)
+            for line in textwrap.wrap(reason, max(context.region.width // PIXELS_A_LETTER, 20)):
+                column.label(text=line)
+        row = layout.row()
+        row.scale_y = 1.4
+        # INVOKE gives the progress bar and Esc.
+        row.operator_context = "INVOKE_DEFAULT"
+        button = row.operator("quadloom.tile_curve", icon="MESH_GRID")
+        column = layout.column()
+        column.use_property_split = True
+        for name in TILE_CURVE_OPTIONS:
+            setattr(button, name, getattr(settings, name))
+            shown = column.row()
+            shown.enabled = (name != "number" or settings.pattern in {"any", "symmetric"}) and (
+                name != "rotation" or settings.fix_rotation
+            )
+            shown.prop(settings, name)
+
+
+def register() -> None:
+    """Adds the panel."""
+    bpy.utils.register_class(QUADLOOM_PT_tile_curve)
+
+
+def unregister() -> None:
+    """Removes the panel."""
+    bpy.utils.unregister_class(QUADLOOM_PT_tile_curve)
