@@ -37,6 +37,7 @@ def main(arguments: list[str]) -> int:
     tile_curve.add_argument("--pattern", choices=["any", "regular", "fractured", "symmetric"], default="any")
     tile_curve.add_argument("--number", type=int, default=1, help="which of the patterns, from 1")
     tile_curve.add_argument("--seed", type=int, default=0)
+    tile_curve.add_argument("--no-straight", dest="straight", action="store_false", help="let the border run in zigzag")
     tile_curve.add_argument("--rotation", type=float, metavar="DEGREES", help="of the edges; without it the best")
     tile_curve.add_argument("--memory", type=int, default=64, metavar="MB", help="for counting the patterns")
     for verb in (boolean, tile_curve):
@@ -50,7 +51,7 @@ def main(arguments: list[str]) -> int:
             _select([_load(given.a), _load(given.b)])
             bpy.ops.quadloom.boolean(hide_inputs=True, **{name: getattr(given, name) for name in names})
         else:
-            options = {name: getattr(given, name) for name in ("panel_size", "pattern", "number", "seed", "memory")}
+            options = {name: getattr(given, name) for name in ("panel_size", "pattern", "number", "seed", "straight", "memory")}
             if given.rotation is not None:
                 options |= {"fix_rotation": True, "rotation": math.radians(given.rotation)}
             _select([_load(given.outline)])

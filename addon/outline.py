@@ -1,7 +1,7 @@
 """The outline that a tiling fills: one closed plane loop, found among a mesh's or a wire's edges. Touches no bpy.
 
-Each fault has its own sentence, with a remedy and the vertices to look at. An outline whose sides are whole numbers of panels
-and whose angles are multiples of 30 degrees is read exactly, as a boundary code (Peng et al. 2018, 3.1).
+Each fault has its own sentence, with a remedy and the vertices to look at. An outline whose angles are multiples of 30 degrees
+can keep straight sides, with whole panels along each: then it is a boundary code (Peng et al. 2018, 3.1) already.
 """
 
 from __future__ import annotations
@@ -22,6 +22,14 @@ SNAP_ANGLE = 1e-5
 EXACT_TOLERANCE = 2e-3
 # Points nearer together than this, in panels, are one to the fit, whose outline strays by half a panel anyway.
 THIN_DISTANCE = 0.05
+# How far the corners of a straight outline may move, in panels, and how many sides may be rounded either way.
+MOST_DISTANCE = 1.0
+MOST_FREE_SIDES = 12
+# Directions of edges are multiples of this.
+STEP = np.pi / 6
+# The unit vectors in those directions, in the basis 1, z, z^2, z^3 of z = exp(i STEP); z^4 = z^2 - 1.
+_HALF = np.array([(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1), (-1, 0, 1, 0), (0, -1, 0, 1)])
+UNITS = np.concatenate([_HALF, -_HALF])
 
 
 class OutlineError(Exception):
@@ -51,14 +59,16 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class ExactOutline:
-    """An outline of whole panels: see `exact_outline`."""
+class StraightOutline:
+    """An outline of whole panels: see `straight_outline`."""
 
     code: Array
     """(N,) interior angles in units of 30 degrees, counter-clockwise."""
     origin: tuple[float, float]
     rotation: float
     """Direction of the first edge, radians."""
+    distance: float
+    """Greatest distance of its corners from those drawn, in panels; 0 when they agree."""
 
 
 def closed_loop(positions: Array, edges: Array, face_offsets: Array, corner_verts: Array) -> Array:
@@ -198,9 +208,9 @@ def perimeter(points: Array) -> float:
     return float(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1).sum())
 
 
-def exact_outline(points: Array, panel_size: float, rotation: float | None) -> ExactOutline | None:
-    """The outline as a boundary code, when its sides are whole numbers of panels, its angles multiples of 30 degrees, and its
-    sides lie at the rotation asked for, if any."""
+def straight_outline(points: Array, panel_size: float, rotation: float | None) -> StraightOutline | None:
+    """The outline with whole panels along each side, when its angles are multiples of 30 degrees and its sides lie at the
+    rotation asked for, if any; None when no lengths near the drawn ones close."""
     if area(points) < 0:
         points = points[::-1]
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
@@ -210,16 +220,42 @@ def exact_outline(points: Array, panel_size: float, rotation: float | None) -> E
     if len(points) < 3:
         return None
     side = np.roll(points, -1, axis=0) - points
-    panels = np.linalg.norm(side, axis=1) / panel_size
-    steps = turn / (np.pi / 6)
-    direction = float(np.arctan2(side[0, 1], side[0, 0]))
-    off_rotation = 0.0 if rotation is None else (direction - rotation) / (np.pi / 6)
-    counts, turns = np.rint(panels).astype(int), np.rint(steps).astype(int)
-    near = np.abs(np.concatenate([panels - counts, (steps - turns) * (np.pi / 6)])).max() < EXACT_TOLERANCE
-    if not near or counts.min() < 1 or turns.sum() != 12 or abs(off_rotation - round(off_rotation)) > EXACT_TOLERANCE:
+    first = float(np.arctan2(side[0, 1], side[0, 0]))
+    turns = np.rint(turn / STEP).astype(int)
+    off_rotation = 0.0 if rotation is None else (first - rotation) / STEP
+    if np.abs(turn - turns * STEP).max() > EXACT_TOLERANCE or abs(off_rotation - round(off_rotation)) > EXACT_TOLERANCE:
+        return None
+    directions = np.cumsum(np.append(0, turns[1:])) % 12
+    counts = _closing_counts(np.linalg.norm(side, axis=1) / panel_size, directions)
+    if counts is None or turns.sum() != 12:
+        return None
+    angle = first + directions * STEP
+    steps = panel_size * counts[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    corners = np.concatenate([np.zeros((1, 2)), np.cumsum(steps[:-1], axis=0)])
+    corners += points.mean(axis=0) - corners.mean(axis=0)
+    distance = float(np.linalg.norm(corners - points, axis=1).max() / panel_size)
+    if distance > MOST_DISTANCE:
         return None
     code = np.concatenate([[6 - turn, *[6] * (count - 1)] for turn, count in zip(turns, counts, strict=True)])
-    return ExactOutline(code.astype(np.int32), (float(points[0, 0]), float(points[0, 1])), direction)
+    is_exact = distance < EXACT_TOLERANCE
+    origin = points[0] if is_exact else corners[0]
+    return StraightOutline(code.astype(np.int32), tuple(origin.tolist()), first, 0.0 if is_exact else distance)
+
+
+def _closing_counts(panels: Array, directions: Array) -> Array | None:
+    """The whole numbers next to these lengths for which sides in these directions close, exactly; the nearest ones."""
+    low = np.maximum(np.floor(panels + EXACT_TOLERANCE), 1).astype(int)
+    high = np.maximum(np.ceil(panels - EXACT_TOLERANCE), 1).astype(int)
+    free = np.flatnonzero(high > low)
+    if len(free) > MOST_FREE_SIDES:
+        return None
+    choices = np.arange(1 << len(free))[:, None] >> np.arange(len(free)) & 1
+    counts = np.repeat(low[None], len(choices), axis=0)
+    counts[:, free] += choices
+    closing = counts[(counts @ UNITS[directions] == 0).all(axis=1)]
+    if len(closing) == 0:
+        return None
+    return closing[np.argmin(((closing - panels) ** 2).sum(axis=1))]
 
 
 def thinned(points: Array, panel_size: float) -> Array:

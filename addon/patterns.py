@@ -15,10 +15,8 @@ import numpy as np
 
 from . import native, outline, symmetry
 from .attributes import Array
-from .outline import ExactOutline, OutlineError
+from .outline import STEP, OutlineError, StraightOutline
 
-# Lattice directions are multiples of this.
-STEP = math.pi / 6
 # Counts with more digits are shown rounded.
 MOST_DIGITS = 9
 # With such an outline the fit alone takes half a minute. A little below the wheel's own limit, to leave room for `GROWTHS`.
@@ -45,6 +43,8 @@ class Request:
     points: Array
     """(N,2) the outline, which does not cross itself."""
     panel_size: float
+    straight: bool
+    """Whether sides stay straight where they can."""
     rotation: float | None
     """Of the panels' edges against the x axis, up to 30 degrees; None for the best."""
     pattern: str
@@ -164,11 +164,12 @@ def _index(request: Request, count: int) -> int:
 
 
 def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, Notes]:
-    """Where the panels go: the outline itself when whole panels fit, or one near it; kept for the next call."""
+    """Where the panels go: along straight sides when that can be, or near the outline; kept for the next call."""
     global _last
     symmetric = request.pattern == "symmetric"
     key = (
-        request.points.tobytes(), request.panel_size, request.rotation, request.seed, request.memory, symmetric,
+        request.points.tobytes(), request.panel_size, request.straight, request.rotation, request.seed, request.memory,
+        symmetric,
     )  # fmt: skip
     if _last is not None and _last[0] == key:
         return _last[1:]
@@ -179,11 +180,12 @@ def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, 
     if abs(outline.area(request.points)) < TRIANGLE_AREA * request.panel_size**2:
         raise _too_small(request)
     notes: Notes = []
-    exact = outline.exact_outline(request.points, request.panel_size, request.rotation)
-    place = None
-    if exact is not None:
-        place = _exact_place(request, exact, progress)
-        if place is None:
+    place = straight = None
+    if request.straight:
+        straight = outline.straight_outline(request.points, request.panel_size, request.rotation)
+    if straight is not None and not (symmetric and symmetry.outline_order(straight.code) == 1):
+        place = _straight_place(request, straight, progress)
+        if place is None and straight.distance == 0:
             notes.append(("Whole panels fit along the outline, but no pattern fills it: a near outline was taken", {}))
     if place is None:
         place = _symmetric_fit(request, progress) if symmetric else _fit(request, progress, rotation=request.rotation)
@@ -192,19 +194,19 @@ def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, 
     return place, notes
 
 
-def _exact_place(request: Request, exact: ExactOutline, progress: native.Progress | None) -> _Place | None:
-    """The outline itself, or None when no pattern fills it."""
+def _straight_place(request: Request, straight: StraightOutline, progress: native.Progress | None) -> _Place | None:
+    """The outline with straight sides, or None when no pattern fills it."""
     try:
-        counted = _count(request, exact.code, progress)
+        counted = _count(request, straight.code, progress)
     except native.NativeError as error:
         if error.code in NOT_A_CODE:
             return None
         raise
-    place = _Place(exact.code, exact.origin, exact.rotation, 0.0, counted)
+    place = _Place(straight.code, straight.origin, straight.rotation, straight.distance, counted)
     if place.tilings is not None:
         return place if place.tilings.count else None
     try:
-        found = native.find_tiling(exact.code, 0, memory=request.memory * MEBIBYTE, progress=progress)
+        found = native.find_tiling(straight.code, 0, memory=request.memory * MEBIBYTE, progress=progress)
     except native.NativeError as error:
         if error.code == "memory":
             raise _too_many(request) from error

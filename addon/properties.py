@@ -129,6 +129,12 @@ class TileCurveOptions:
         default=0,
         min=0,
     )
+    straight: BoolProperty(
+        name="Straight Sides",
+        description="Where all angles are multiples of 30 degrees, keep the sides straight, with whole panels along each, if a "
+        "pattern exists. Otherwise the border runs along the outline in zigzag",
+        default=True,
+    )
     fix_rotation: BoolProperty(
         name="Fix Rotation",
         description="Turn the panels' edges as said, instead of as they follow the curve best",

@@ -133,6 +133,7 @@ class QUADLOOM_OT_tile_curve(TileCurveOptions, JobOperator, bpy.types.Operator):
         request = Request(
             points=points,
             panel_size=self.panel_size,
+            straight=self.straight,
             rotation=self.rotation if self.fix_rotation else None,
             pattern=self.pattern,
             number=self.number,

@@ -96,7 +96,7 @@ def check_panels(made: bpy.types.Object, size: float) -> float:
 @pytest.mark.parametrize("name", ALL_OUTLINES)
 def test_succeeds_with_panels_of_one_size(name, pattern):
     curve([ALL_OUTLINES[name]])
-    made = tile(panel_size=0.35, pattern=pattern)
+    made = tile(panel_size=0.35, pattern=pattern, straight=False)
     assert made.name == "Outline Panels"
     assert check_panels(made, 0.35) == pytest.approx(area(ALL_OUTLINES[name]), rel=0.12)
 
@@ -164,6 +164,27 @@ def test_an_outline_of_whole_panels_is_filled_exactly():
         assert np.linalg.norm(verts[:, :2] - corner, axis=1).min() < 1e-5
     assert report(made)["distance"] == 0
     assert int(report(made)["patterns"]) == math.comb(8, 4), "dodecagons with equal sides a have C(2a, a)"
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_straight_sides_stay_straight_with_whole_panels(angle):
+    cos, sin = math.cos(angle), math.sin(angle)
+    corners = [(x * cos - y * sin, x * sin + y * cos) for x, y in L_SHAPE]
+    curve([corners])
+    made = tile(panel_size=0.4)
+    # 4 / 0.4 and 1.7 / 0.4 panels, rounded.
+    assert check_panels(made, 0.4) == pytest.approx((10**2 - 6**2) * 0.4**2)
+    verts, _ = shapes.arrays(made, world=True)
+    for corner in corners:
+        assert np.linalg.norm(verts[:, :2] - corner, axis=1).min() < 0.25 * 0.4 * math.sqrt(2)
+    assert 0 < report(made)["distance"] < 0.25 * math.sqrt(2)
+
+
+def test_sides_run_in_zigzag_when_asked():
+    curve([L_SHAPE])
+    made = tile(panel_size=0.4, straight=False)
+    check_panels(made, 0.4)
+    assert {len(face.vertices) for face in made.data.polygons} == {3, 4}
 
 
 def test_an_outline_of_whole_panels_without_pattern_gets_a_near_one():
@@ -390,7 +411,7 @@ def test_cancels_the_library_within_200_ms(module):
     jobs, native, patterns = module("jobs"), module("native"), module("patterns")
     angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
     points = np.column_stack([np.cos(angle), np.sin(angle)])
-    request = patterns.Request(points, 0.06, None, "any", 1, 0, 1024)
+    request = patterns.Request(points, 0.06, True, None, "any", 1, 0, 1024)
     job = jobs.Job(lambda progress: patterns.lay(request, progress))
     time.sleep(1.5)
     assert not job.finished
