@@ -12,8 +12,8 @@ use surface::smooth_blend::{blend_weights, laplacian_blend};
 /// Steps of the smoothing.
 const STEPS: usize = 10;
 
-/// Smooths within `radius` (scene units, along the surface) of the curve; returns how many kept faces moved. Costs O(k)
-/// for the k vertices within the radius, plus O(n) to find them.
+/// Smooths within `radius` (scene units, along the surface) of the curve; returns how many kept faces moved. Costs O(k c)
+/// for the k vertices within the radius and the c edges of the curve, plus O(n) to find them.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -23,7 +23,18 @@ pub fn blend(stitched: &mut Stitched, curve: &[[u32; 2]], radius: f64, monitor: 
     let mut sources = curve.as_flattened().to_vec();
     sources.sort_unstable();
     sources.dedup();
-    let distance = distance_field(&triangles, &topology, &sources, radius, monitor)?;
+    let mut distance = distance_field(&triangles, &topology, &sources, radius, monitor)?;
+    // Between two fronts the field is too low by a part of an edge; no way along the surface is shorter than the straight one.
+    let at = |v: u32| triangles.positions[v as usize];
+    for (v, distance) in distance.iter_mut().enumerate().filter(|(_, distance)| distance.is_finite()) {
+        let p = triangles.positions[v];
+        let straight = curve.iter().map(|&[a, b]| {
+            let (a, along) = (at(a), at(b) - at(a));
+            let t = ((p - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            p.distance(a + t * along)
+        });
+        *distance = distance.max(straight.fold(f64::INFINITY, f64::min));
+    }
     let weight = blend_weights(&distance, radius);
     laplacian_blend(&mut triangles, &weight, STEPS, monitor)?;
     stitched.mesh.positions = triangles.positions;
