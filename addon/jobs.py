@@ -67,7 +67,22 @@ running: Job | None = None
 
 
 class JobOperator:
-    """Mixin of an operator whose work is a job. It provides `finish(context, outcome)` and `fail(context, error)`."""
+    """Mixin of an operator whose work is a job. It provides `_prepare(context)`, which reads Blender into `_task` or reports
+    why not, `finish(context, outcome)` and `fail(context, error)`."""
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Runs to the end: scripts, the redo panel, `blender -b`."""
+        if not self._prepare(context):
+            return {"CANCELLED"}
+        return self.conclude(context, lambda: self._task.run(None))
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Runs on a worker thread with a progress bar and Esc."""
+        if bpy.app.background:
+            return self.execute(context)
+        if not self._prepare(context):
+            return {"CANCELLED"}
+        return self.start(context, self._task.run)
 
     def start(self, context: bpy.types.Context, call: Callable[[Progress], Any]) -> set[str]:
         """Runs `call` on a worker thread and the operator modally until it ends."""

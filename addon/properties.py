@@ -161,6 +161,13 @@ class TileCurveOptions:
 TILE_CURVE_OPTIONS = tuple(TileCurveOptions.__annotations__)
 
 
+def tile_curve_uses(options: TileCurveOptions, name: str) -> bool:
+    """Whether an option has a say: there is one most regular pattern, and a rotation only where it is fixed."""
+    if name == "number":
+        return options.pattern in {"any", "symmetric"}
+    return name != "rotation" or options.fix_rotation
+
+
 class TileCurveSettings(TileCurveOptions, bpy.types.PropertyGroup):
     """What the panel's Tile Curve button will do."""
 

@@ -49,20 +49,6 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
             cls.poll_message_set(reason)
         return reason is None
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Runs to the end: scripts, the redo panel, `blender -b`."""
-        if not self._prepare(context):
-            return {"CANCELLED"}
-        return self.conclude(context, lambda: self._task.run(None))
-
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Runs on a worker thread with a progress bar and Esc."""
-        if bpy.app.background:
-            return self.execute(context)
-        if not self._prepare(context):
-            return {"CANCELLED"}
-        return self.start(context, self._task.run)
-
     def draw(self, context: bpy.types.Context) -> None:
         """The redo panel."""
         layout = self.layout

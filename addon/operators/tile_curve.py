@@ -17,7 +17,7 @@ from ..attributes import Array, Attribute, Snapshot
 from ..jobs import JobOperator
 from ..outline import OutlineError, Plane
 from ..patterns import Layout, Request
-from ..properties import TILE_CURVE_OPTIONS, TileCurveOptions
+from ..properties import TILE_CURVE_OPTIONS, TileCurveOptions, tile_curve_uses
 
 KIND, ORIENTATION = "tile_kind", "tile_orientation"
 # Name and colour of the material of each kind of panel, triangles first.
@@ -55,20 +55,6 @@ class QUADLOOM_OT_tile_curve(TileCurveOptions, JobOperator, bpy.types.Operator):
             cls.poll_message_set(reason)
         return reason is None
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Runs to the end: scripts, the redo panel, `blender -b`."""
-        if not self._prepare(context):
-            return {"CANCELLED"}
-        return self.conclude(context, lambda: self._task.run(None))
-
-    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Runs on a worker thread with a progress bar and Esc."""
-        if bpy.app.background:
-            return self.execute(context)
-        if not self._prepare(context):
-            return {"CANCELLED"}
-        return self.start(context, self._task.run)
-
     def draw(self, context: bpy.types.Context) -> None:
         """The redo panel."""
         layout = self.layout
@@ -77,10 +63,7 @@ class QUADLOOM_OT_tile_curve(TileCurveOptions, JobOperator, bpy.types.Operator):
             layout.label(text=line)
         for name in TILE_CURVE_OPTIONS:
             row = layout.row()
-            # There is one most regular pattern, and a rotation only where it is fixed.
-            row.enabled = (name != "number" or self.pattern in {"any", "symmetric"}) and (
-                name != "rotation" or self.fix_rotation
-            )
+            row.enabled = tile_curve_uses(self, name)
             row.prop(self, name)
 
     def finish(self, context: bpy.types.Context, layout: Layout) -> set[str]:

@@ -9,7 +9,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as translated
 
 from .. import jobs, selection
-from ..properties import TILE_CURVE_OPTIONS
+from ..properties import TILE_CURVE_OPTIONS, tile_curve_uses
 from .main import PIXELS_A_LETTER
 
 
@@ -51,9 +51,7 @@ class QUADLOOM_PT_tile_curve(bpy.types.Panel):
         for name in TILE_CURVE_OPTIONS:
             setattr(button, name, getattr(settings, name))
             shown = column.row()
-            shown.enabled = (name != "number" or settings.pattern in {"any", "symmetric"}) and (
-                name != "rotation" or settings.fix_rotation
-            )
+            shown.enabled = tile_curve_uses(settings, name)
             shown.prop(settings, name)
 
 
