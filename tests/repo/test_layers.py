@@ -19,8 +19,9 @@ MAY_USE = {
     "quadloom-surface": {"quadloom-mesh", "quadloom-solve"},
     "quadloom-quadrangulate": {"quadloom-mesh", "quadloom-solve", "quadloom-surface"},
     "quadloom-boolean": {"quadloom-mesh", "quadloom-solve", "quadloom-surface", "quadloom-quadrangulate"},
+    "quadloom-retopology": {"quadloom-mesh", "quadloom-solve", "quadloom-surface", "quadloom-quadrangulate"},
     "quadloom-tiling": {"quadloom-mesh", "quadloom-solve"},
-    "quadloom-python": {"quadloom-mesh", "quadloom-boolean", "quadloom-tiling"},
+    "quadloom-python": {"quadloom-mesh", "quadloom-boolean", "quadloom-retopology", "quadloom-tiling"},
     "quadloom-testkit": {"quadloom-mesh"},
 }
 
