@@ -73,7 +73,7 @@ pub(crate) fn minimise(
         }
         points.copy_from_slice(&trial);
         std::mem::swap(&mut gradient, &mut trial_gradient);
-        if before - value < 1e-7 * before.abs() {
+        if before - value < 1e-3 * before.abs() {
             return Ok(());
         }
     }

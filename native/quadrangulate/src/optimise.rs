@@ -10,8 +10,8 @@ use glam::DVec2;
 use mesh::{Cancelled, Monitor};
 
 /// Rounds, d being set anew in each, and steps of L-BFGS in each.
-const ROUNDS: usize = 4;
-const STEPS: usize = 150;
+const ROUNDS: usize = 3;
+const STEPS: usize = 40;
 
 /// Aspects beyond this ratio are not worth keeping.
 const MOST_ASPECT: f64 = 5.0;
