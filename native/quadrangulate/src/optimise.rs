@@ -22,7 +22,7 @@ const CORNERS: [[usize; 4]; 4] = [[0, 1, 0, 3], [0, 1, 1, 2], [3, 2, 1, 2], [3, 
 
 /// Improves `positions` in place; those with `fixed` stay. Each quad aims at the aspect (within 1:5) it has when a round
 /// starts: taken anew each round, a grid ends up straight even when it came in wavy. Units do not
-/// matter. Cost: at most 600 steps, each O(quads).
+/// matter. Cost: at most 120 steps, each O(quads).
 ///
 /// # Errors
 /// [`Cancelled`], between steps.
