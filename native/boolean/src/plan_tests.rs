@@ -122,9 +122,9 @@ fn edges_are_smaller_about_a_spot_and_the_same_elsewhere() {
     assert!((once.size[on_curve] - 0.6 * before.size[on_curve]).abs() < 1e-12);
     assert!((twice.size[on_curve] - 0.36 * before.size[on_curve]).abs() < 1e-12);
     let reach = before.size.iter().copied().fold(0.0, f64::max) / GRADING;
-    for v in 0..positions.len() {
+    for (v, position) in positions.iter().enumerate() {
         assert!(once.size[v] <= before.size[v]);
-        if positions[v].distance(spot) > reach || setting.band.topology.is_border_vertex(v as u32) {
+        if position.distance(spot) > reach || setting.band.topology.is_border_vertex(v as u32) {
             assert_eq!(once.size[v], before.size[v]);
         }
     }
