@@ -7,7 +7,7 @@ use crate::blend::blend;
 use crate::fill::{self, Declined, Filled, Unfilled};
 use crate::intersect::{Cut, Input, intersect};
 use crate::plan::{self, OddRegions};
-use crate::polychord::{Strips, odd_borders};
+use crate::polychord::{Strips, borders};
 use crate::resample::resample;
 use crate::retract::retract;
 use crate::stitch::{Stitched, stitch};
@@ -225,8 +225,9 @@ impl Job<'_> {
             match plan::plan(inputs, &band, diagonal, volume, attempt.scale, &attempt.spots, monitor) {
                 Ok(plan) => break (band, plan),
                 Err(OddRegions(odd)) => {
+                    let even = strips.make_borders_even(inputs, &kept, &borders(&band), &|| monitor.is_cancelled());
                     monitor.check()?;
-                    if !strips.split_shortest(inputs, &kept, &odd_borders(&band)) {
+                    if !even {
                         return Err(BooleanError::Infeasible {
                             code: "odd",
                             sentence: format!("{} regions along the cut have an odd border", odd.len()),
