@@ -3,3 +3,20 @@
 //! Follows Daniels, Lizier, Siqueira, Silva and Nonato, Template-based quadrilateral meshing, Computers & Graphics 2011.
 
 pub mod base;
+
+mod density;
+mod error;
+mod fill;
+mod measures;
+mod optimise;
+mod pairing;
+mod patch;
+mod quads;
+mod rails;
+mod surfaces;
+mod templates;
+
+pub use density::Size;
+pub use error::LayoutError;
+pub use pairing::Pairing;
+pub use quads::{FeatureEdge, LayoutOptions, LayoutReport, Quads, SourcePoint, quads_from_base};

@@ -1,0 +1,287 @@
+//! Which base triangles are merged into patches: sections 5.2 and 5.3.
+//!
+//! [`Pairing::Matching`] is the paper's: a matching in the dual graph without the features' edges, of greatest weight by
+//! equations 3 to 5 among those that leave the fewest triangles single.
+//!
+//! [`Pairing::Programme`], the default, deviates: the matching does not see that a vertex of the layout gets as many quads
+//! as it has triangles less the edges taken out, so that it leaves irregular vertices at random. An integer programme
+//! picks one patch for each triangle among all possible ones of one to three triangles, so that the number of quads at each
+//! vertex comes near the angle there divided by 90 degrees (a full turn is four; between features the surface angle,
+//! so that quads meet features squarely), and few patches have another number of sides than four. Blunt corners of a
+//! patch may count as straight, where two quads meet. The matching's patches start the search, so that a limit costs no result.
+
+use crate::base::Base;
+use crate::error::LayoutError;
+use crate::measures::Measures;
+use crate::patch::{Patch, Rim};
+use mesh::{Monitor, NONE};
+use solve::integer::{Options, Programme, Stop};
+use solve::matching::{maximum_matching, weight_spread_limit};
+use std::collections::BTreeSet;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::time::Duration;
+
+/// How base triangles are merged into patches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pairing {
+    /// The maximum-weight matching of sections 5.2 and 5.3.
+    Matching {
+        /// Range of the weights, above 0. The paper: 10.
+        lambda: f64,
+        /// Share of orthogonality against planarity, 0 to 1. The paper: 0.5.
+        mu: f64,
+    },
+    /// The valence-aware integer programme.
+    Programme {
+        /// Most triangles in a patch, 2 or 3. Default 3.
+        most_triangles: usize,
+    },
+}
+
+impl Default for Pairing {
+    fn default() -> Self {
+        Self::Programme { most_triangles: 3 }
+    }
+}
+
+impl Pairing {
+    /// The paper's matching with the paper's constants.
+    pub const PAPER: Self = Self::Matching { lambda: 10.0, mu: 0.5 };
+}
+
+/// Corners of a patch blunter than this may count as straight: 120 degrees.
+const BLUNT: f64 = PI * 2.0 / 3.0;
+/// Weight of the corner angles' squared deviation from the right angle, in irregular vertices for each right angle squared.
+const ANGLE_WEIGHT: f64 = 0.6;
+/// Weight of a fold between merged triangles, in irregular vertices.
+const FOLD_WEIGHT: f64 = 1.0;
+/// Weight of the squared logarithm of the ratio of opposite sides.
+const RATIO_WEIGHT: f64 = 0.4;
+
+/// Patches that hold every base triangle once.
+pub(crate) fn pair(
+    base: &Base,
+    measures: &Measures,
+    pairing: Pairing,
+    monitor: &Monitor,
+) -> Result<Vec<Patch>, LayoutError> {
+    match pairing {
+        Pairing::Matching { lambda, mu } => {
+            if !(lambda > 0.0 && lambda.is_finite()) {
+                return Err(LayoutError::BadOption { option: "lambda", expected: "above 0" });
+            }
+            if !(0.0..=1.0).contains(&mu) {
+                return Err(LayoutError::BadOption { option: "mu", expected: "from 0 to 1" });
+            }
+            matching(base, measures, lambda, mu, monitor)
+        }
+        Pairing::Programme { most_triangles } => {
+            if !(2..=3).contains(&most_triangles) {
+                return Err(LayoutError::BadOption { option: "most_triangles", expected: "2 or 3" });
+            }
+            programme(base, measures, most_triangles, monitor)
+        }
+    }
+}
+
+/// Half-edges, one for each base edge that may go and lies between two triangles.
+fn removable(base: &Base, measures: &Measures) -> impl Iterator<Item = u32> {
+    let rail = |h: u32| measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
+    (0..measures.twins.len() as u32).filter(move |&h| measures.twins[h as usize] > h && measures.twins[h as usize] != NONE && !rail(h))
+}
+
+/// Equation 4 for the two triangles on both sides of a half-edge.
+fn orthogonality(measures: &Measures, rim: &Rim) -> f64 {
+    let _ = measures;
+    rim.angles.iter().map(|a| a.sin()).sum::<f64>() / rim.angles.len() as f64
+}
+
+/// Equation 5.
+fn planarity(measures: &Measures, a: u32, b: u32) -> f64 {
+    f64::midpoint(1.0, measures.normals[a as usize].dot(measures.normals[b as usize]))
+}
+
+fn whole(rim: &Rim, triangles: &[u32]) -> Patch {
+    rim.patch(triangles, &(0..rim.border.len()).collect::<Vec<_>>())
+}
+
+fn matching(
+    base: &Base,
+    measures: &Measures,
+    lambda: f64,
+    mu: f64,
+    monitor: &Monitor,
+) -> Result<Vec<Patch>, LayoutError> {
+    let count = base.triangles.len();
+    let scale = f64::from(weight_spread_limit(count));
+    let mut edges = Vec::new();
+    for h in removable(base, measures) {
+        let pair = [h / 3, measures.twins[h as usize] / 3];
+        if let Some(rim) = Rim::new(base, measures, &pair) {
+            let good = mu * orthogonality(measures, &rim) + (1.0 - mu) * planarity(measures, pair[0], pair[1]);
+            let weight = (-lambda * (1.0 - good)).exp();
+            edges.push((pair[0], pair[1], (weight * scale) as i32));
+        }
+    }
+    let partner = maximum_matching(count, &edges, &|| monitor.is_cancelled())?;
+    let mut patches = Vec::new();
+    for (t, partner) in (0..count as u32).zip(partner) {
+        let triangles = match partner {
+            Some(other) if other < t => continue,
+            Some(other) => vec![t, other],
+            None => vec![t],
+        };
+        // A pair was offered only with a rim, and a lone triangle has one since its corners differ.
+        let rim = Rim::new(base, measures, &triangles).ok_or(LayoutError::BadBase {
+            element: "triangle",
+            index: t as usize,
+            reason: "it has no rim of its own",
+        })?;
+        patches.push(whole(&rim, &triangles));
+    }
+    Ok(patches)
+}
+
+/// A patch that may be taken, and what it costs by itself.
+struct Candidate {
+    patch: Patch,
+    cost: f64,
+    /// Quads that it brings to sectors.
+    quads: Vec<(u32, i32)>,
+}
+
+/// All candidates, those of one triangle without straight corners first, in order.
+fn candidates(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<Candidate>, LayoutError> {
+    let mut groups: BTreeSet<(usize, Vec<u32>)> = (0..base.triangles.len() as u32).map(|t| (1, vec![t])).collect();
+    let rail = |h: u32| measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
+    let mut last: Vec<Vec<u32>> = groups.iter().map(|(_, group)| group.clone()).collect();
+    for size in 2..=most {
+        let mut grown = BTreeSet::new();
+        for group in &last {
+            monitor.check()?;
+            for h in group.iter().flat_map(|&t| 3 * t..3 * t + 3) {
+                let twin = measures.twins[h as usize];
+                if twin != NONE && !rail(h) && !group.contains(&(twin / 3)) {
+                    let mut more = group.clone();
+                    more.push(twin / 3);
+                    more.sort_unstable();
+                    grown.insert(more);
+                }
+            }
+        }
+        last = grown.into_iter().collect();
+        groups.extend(last.iter().map(|group| (size, group.clone())));
+    }
+    let mut found = Vec::new();
+    for (_, group) in &groups {
+        if let Some(rim) = Rim::new(base, measures, group) {
+            found.extend(variants(base, measures, &rim, group));
+        }
+    }
+    Ok(found)
+}
+
+/// The patch with all corners, then those with one or two blunt corners straight.
+fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32]) -> Vec<Candidate> {
+    let n = rim.border.len();
+    let blunt: Vec<usize> = (0..n).filter(|&k| rim.angles[k] > BLUNT).collect();
+    let mut straight: Vec<Vec<usize>> = vec![vec![]];
+    for (i, &a) in blunt.iter().enumerate() {
+        straight.push(vec![a]);
+        straight.extend(blunt[i + 1..].iter().map(|&b| vec![a, b]));
+    }
+    let fold: f64 = inner_pairs(base, measures, group).map(|[a, b]| 1.0 - planarity(measures, a, b)).sum();
+    straight
+        .into_iter()
+        .filter(|straight| n - straight.len() >= 3)
+        .map(|straight| {
+            let corners: Vec<usize> = (0..n).filter(|k| !straight.contains(k)).collect();
+            let off = |k: usize| {
+                let wanted = if straight.contains(&k) { PI } else { FRAC_PI_2 };
+                ((rim.angles[k] - wanted) / FRAC_PI_2).powi(2)
+            };
+            let patch = rim.patch(group, &corners);
+            let mut cost = f64::from(4_u32.abs_diff(corners.len() as u32));
+            cost += ANGLE_WEIGHT * (0..n).map(off).sum::<f64>() + FOLD_WEIGHT * fold;
+            if corners.len() == 4 {
+                let length: Vec<f64> = patch.sides().map(|side| side.iter().map(|&h| edge_length(base, h)).sum()).collect();
+                let ratio = (length[0] / length[2]).ln().powi(2) + (length[1] / length[3]).ln().powi(2);
+                cost += RATIO_WEIGHT * ratio.min(4.0);
+            }
+            let quads = (0..n)
+                .map(|k| (measures.sector_of[rim.border[k] as usize], if straight.contains(&k) { 2 } else { 1 }))
+                .collect();
+            Candidate { patch, cost, quads }
+        })
+        .collect()
+}
+
+/// Pairs of triangles of a group that share an edge that may go.
+fn inner_pairs<'a>(base: &'a Base, measures: &'a Measures, group: &'a [u32]) -> impl Iterator<Item = [u32; 2]> + 'a {
+    group.iter().flat_map(|&t| 3 * t..3 * t + 3).filter_map(move |h| {
+        let twin = measures.twins[h as usize];
+        let rail = measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
+        (twin != NONE && twin > h && !rail && group.contains(&(twin / 3))).then(|| [h / 3, twin / 3])
+    })
+}
+
+/// Length of the base edge of a half-edge, scene units.
+fn edge_length(base: &Base, h: u32) -> f64 {
+    let path = &base.edges[base.triangle_edges[h as usize / 3][h as usize % 3] as usize].path;
+    let at = |v: u32| base.surface.positions[v as usize];
+    path.windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum::<f64>().max(f64::MIN_POSITIVE)
+}
+
+fn programme(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<Patch>, LayoutError> {
+    let candidates = candidates(base, measures, most, monitor)?;
+    let mut programme = Programme::new();
+    let variables: Vec<_> = candidates.iter().map(|_| programme.variable(0..=1)).collect();
+    let mut of_triangle = vec![Vec::new(); base.triangles.len()];
+    let mut of_sector = vec![Vec::new(); measures.sectors.len()];
+    for (candidate, &variable) in candidates.iter().zip(&variables) {
+        let cost = candidate.cost;
+        programme.convex_cost(&[(variable, 1)], move |taken| cost * taken as f64, 0..=1);
+        for &t in &candidate.patch.triangles {
+            of_triangle[t as usize].push((variable, 1));
+        }
+        for &(sector, quads) in &candidate.quads {
+            of_sector[sector as usize].push((variable, quads));
+        }
+    }
+    for terms in &of_triangle {
+        programme.row(terms, 1..=1);
+    }
+    for (sector, terms) in measures.sectors.iter().zip(&of_sector) {
+        let ideal = sector.ideal;
+        let near = ideal.round() as i64;
+        programme.convex_cost(terms, move |quads| (quads as f64 - ideal).powi(2), near - 1..=near + 1);
+    }
+    // Two quads alone at a vertex would share two edges.
+    let mut on_border = vec![false; base.vertices.len()];
+    for h in (0..measures.twins.len()).filter(|&h| measures.twins[h] == NONE) {
+        for k in [h % 3, (h + 1) % 3] {
+            on_border[base.triangles[h / 3][k] as usize] = true;
+        }
+    }
+    for sectors in measures.sectors.chunk_by(|a, b| a.vertex == b.vertex) {
+        if sectors.len() < 3 && !on_border[sectors[0].vertex as usize] {
+            let first = measures.sector_of[sectors[0].corners[0] as usize] as usize;
+            let terms: Vec<_> = of_sector[first..first + sectors.len()].concat();
+            programme.row(&terms, 3..);
+        }
+    }
+    // Each triangle by itself is always a way.
+    let start: Vec<i64> = candidates
+        .iter()
+        .map(|c| i64::from(c.patch.triangles.len() == 1 && c.patch.corners.len() == 3))
+        .collect();
+    let options = Options { max_nodes: 200, time_limit: Duration::from_secs(20), relative_gap: 0.01 };
+    let feasible = programme.is_feasible(&start);
+    let solution = programme.solve(&options, feasible.then_some(&start[..]), &|| monitor.is_cancelled())?;
+    if solution.stop == Stop::Time {
+        // What was found by then depends on the machine.
+        return matching(base, measures, 10.0, 0.5, monitor);
+    }
+    let taken = candidates.into_iter().zip(&solution.values).filter(|(_, value)| **value == 1);
+    Ok(taken.map(|(candidate, _)| candidate.patch).collect())
+}

@@ -1,0 +1,81 @@
+//! Patches: base triangles merged across edges that need not stay, with the corners where one quad will do.
+
+use crate::base::Base;
+use crate::measures::{Corner, Measures, next};
+use mesh::NONE;
+
+/// A disk of base triangles that is filled as one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Patch {
+    /// Its base triangles, ascending.
+    pub triangles: Vec<u32>,
+    /// The half-edges round it, counter-clockwise, from a corner on.
+    pub border: Vec<Corner>,
+    /// Where sides start: rising indices into `border`, the first 0. At a border vertex that starts no side two quads meet.
+    pub corners: Vec<usize>,
+}
+
+/// The rim of a few base triangles.
+#[derive(Debug, Clone)]
+pub(crate) struct Rim {
+    /// Half-edges, counter-clockwise.
+    pub border: Vec<Corner>,
+    /// Angle inside the rim where each of them starts, radians.
+    pub angles: Vec<f64>,
+}
+
+impl Rim {
+    /// The rim of some triangles without the edges between them that may go; `None` unless they are then a disk that
+    /// touches itself nowhere and has no vertex inside.
+    pub fn new(base: &Base, measures: &Measures, triangles: &[u32]) -> Option<Self> {
+        let inside = |h: Corner| {
+            let rail = measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
+            let twin = measures.twins[h as usize];
+            !rail && twin != NONE && triangles.contains(&(twin / 3))
+        };
+        let corners = || triangles.iter().flat_map(|&t| 3 * t..3 * t + 3);
+        let start = corners().find(|&h| !inside(h))?;
+        let (mut border, mut angles) = (vec![start], vec![]);
+        loop {
+            let mut h = next(*border.last()?);
+            let mut angle = measures.angles[h as usize];
+            while inside(h) {
+                h = next(measures.twins[h as usize]);
+                angle += measures.angles[h as usize];
+            }
+            angles.push(angle);
+            if h == start {
+                break;
+            }
+            border.push(h);
+            if border.len() > 3 * triangles.len() {
+                return None;
+            }
+        }
+        // The angles belong to the starts of the second half-edge, the third, ..., the first.
+        angles.rotate_right(1);
+        let vertices: Vec<u32> = border.iter().map(|&h| base.triangles[h as usize / 3][h as usize % 3]).collect();
+        let distinct = (0..vertices.len()).all(|i| !vertices[..i].contains(&vertices[i]));
+        (distinct && border.len() == triangles.len() + 2).then_some(Self { border, angles })
+    }
+
+    /// The patch with these corners, indices into `border`.
+    pub fn patch(&self, triangles: &[u32], corners: &[usize]) -> Patch {
+        let first = corners.first().copied().unwrap_or(0);
+        let mut border = self.border.clone();
+        border.rotate_left(first);
+        let mut triangles = triangles.to_vec();
+        triangles.sort_unstable();
+        Patch { triangles, border, corners: corners.iter().map(|c| c - first).collect() }
+    }
+}
+
+impl Patch {
+    /// The half-edges of each side.
+    pub fn sides(&self) -> impl Iterator<Item = &[Corner]> {
+        (0..self.corners.len()).map(|i| {
+            let end = self.corners.get(i + 1).copied().unwrap_or(self.border.len());
+            &self.border[self.corners[i]..end]
+        })
+    }
+}

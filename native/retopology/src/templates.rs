@@ -1,0 +1,3 @@
+//! Templates.
+#[derive(Debug, thiserror::Error)]
+pub enum TemplateError {}
