@@ -4,6 +4,7 @@
 
 pub mod base;
 
+mod anneal;
 mod density;
 mod error;
 mod fill;

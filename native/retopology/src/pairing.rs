@@ -10,16 +10,15 @@
 //! so that quads meet features squarely), and few patches have another number of sides than four. Blunt corners of a
 //! patch may count as straight, where two quads meet. The matching's patches start the search, so that a limit costs no result.
 
+use crate::anneal::{self, Choice, Goal};
 use crate::base::Base;
 use crate::error::LayoutError;
-use crate::measures::Measures;
+use crate::measures::{Measures, Sector};
 use crate::patch::{Patch, Rim};
 use mesh::{Monitor, NONE};
-use solve::integer::{Options, Programme, Stop};
 use solve::matching::{maximum_matching, weight_spread_limit};
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::time::Duration;
 
 /// How base triangles are merged into patches.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +56,9 @@ const ANGLE_WEIGHT: f64 = 0.6;
 const FOLD_WEIGHT: f64 = 1.0;
 /// Weight of the squared logarithm of the ratio of opposite sides.
 const RATIO_WEIGHT: f64 = 0.4;
+
+/// Patches that cost more than this are never worth it: lone triangles do not.
+const MOST_COST: f64 = 1.8;
 
 /// Patches that hold every base triangle once.
 pub(crate) fn pair(
@@ -142,16 +144,8 @@ fn matching(
     Ok(patches)
 }
 
-/// A patch that may be taken, and what it costs by itself.
-struct Candidate {
-    patch: Patch,
-    cost: f64,
-    /// Quads that it brings to sectors.
-    quads: Vec<(u32, i32)>,
-}
-
 /// All candidates, those of one triangle without straight corners first, in order.
-fn candidates(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<Candidate>, LayoutError> {
+fn candidates(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<(Patch, Choice)>, LayoutError> {
     let mut groups: BTreeSet<(usize, Vec<u32>)> = (0..base.triangles.len() as u32).map(|t| (1, vec![t])).collect();
     let rail = |h: u32| measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
     let mut last: Vec<Vec<u32>> = groups.iter().map(|(_, group)| group.clone()).collect();
@@ -175,14 +169,18 @@ fn candidates(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) 
     let mut found = Vec::new();
     for (_, group) in &groups {
         if let Some(rim) = Rim::new(base, measures, group) {
-            found.extend(variants(base, measures, &rim, group));
+            let single = group.len() == 1;
+            let useful = |(patch, choice): &(Patch, Choice)| {
+                choice.cost <= MOST_COST || (single && patch.corners.len() == 3)
+            };
+            found.extend(variants(base, measures, &rim, group).into_iter().filter(useful));
         }
     }
     Ok(found)
 }
 
 /// The patch with all corners, then those with one or two blunt corners straight.
-fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32]) -> Vec<Candidate> {
+fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32]) -> Vec<(Patch, Choice)> {
     let n = rim.border.len();
     let blunt: Vec<usize> = (0..n).filter(|&k| rim.angles[k] > BLUNT).collect();
     let mut straight: Vec<Vec<usize>> = vec![vec![]];
@@ -211,7 +209,7 @@ fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32]) -> Vec<C
             let quads = (0..n)
                 .map(|k| (measures.sector_of[rim.border[k] as usize], if straight.contains(&k) { 2 } else { 1 }))
                 .collect();
-            Candidate { patch, cost, quads }
+            (patch, Choice { triangles: group.to_vec(), cost, quads })
         })
         .collect()
 }
@@ -233,55 +231,28 @@ fn edge_length(base: &Base, h: u32) -> f64 {
 }
 
 fn programme(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<Patch>, LayoutError> {
-    let candidates = candidates(base, measures, most, monitor)?;
-    let mut programme = Programme::new();
-    let variables: Vec<_> = candidates.iter().map(|_| programme.variable(0..=1)).collect();
-    let mut of_triangle = vec![Vec::new(); base.triangles.len()];
-    let mut of_sector = vec![Vec::new(); measures.sectors.len()];
-    for (candidate, &variable) in candidates.iter().zip(&variables) {
-        let cost = candidate.cost;
-        programme.convex_cost(&[(variable, 1)], move |taken| cost * taken as f64, 0..=1);
-        for &t in &candidate.patch.triangles {
-            of_triangle[t as usize].push((variable, 1));
-        }
-        for &(sector, quads) in &candidate.quads {
-            of_sector[sector as usize].push((variable, quads));
-        }
-    }
-    for terms in &of_triangle {
-        programme.row(terms, 1..=1);
-    }
-    for (sector, terms) in measures.sectors.iter().zip(&of_sector) {
-        let ideal = sector.ideal;
-        let near = ideal.round() as i64;
-        programme.convex_cost(terms, move |quads| (quads as f64 - ideal).powi(2), near - 1..=near + 1);
-    }
-    // Two quads alone at a vertex would share two edges.
+    let (mut patches, choices): (Vec<Patch>, Vec<Choice>) = candidates(base, measures, most, monitor)?.into_iter().unzip();
     let mut on_border = vec![false; base.vertices.len()];
-    for h in (0..measures.twins.len()).filter(|&h| measures.twins[h] == NONE) {
-        for k in [h % 3, (h + 1) % 3] {
-            on_border[base.triangles[h / 3][k] as usize] = true;
+    let mut neighbours = vec![Vec::new(); base.triangles.len()];
+    for (h, &twin) in measures.twins.iter().enumerate() {
+        if twin == NONE {
+            for k in [h % 3, (h + 1) % 3] {
+                on_border[base.triangles[h / 3][k] as usize] = true;
+            }
+        } else if !measures.rails[base.triangle_edges[h / 3][h % 3] as usize] {
+            neighbours[h / 3].push(twin / 3);
         }
     }
-    for sectors in measures.sectors.chunk_by(|a, b| a.vertex == b.vertex) {
-        if sectors.len() < 3 && !on_border[sectors[0].vertex as usize] {
-            let first = measures.sector_of[sectors[0].corners[0] as usize] as usize;
-            let terms: Vec<_> = of_sector[first..first + sectors.len()].concat();
-            programme.row(&terms, 3..);
-        }
-    }
+    let goal = |sector: &Sector| {
+        // Two quads alone at a vertex would share two edges.
+        let least = if on_border[sector.vertex as usize] { 1 } else { 3 };
+        Goal { vertex: sector.vertex, ideal: sector.ideal, least }
+    };
+    let goals: Vec<Goal> = measures.sectors.iter().map(goal).collect();
     // Each triangle by itself is always a way.
-    let start: Vec<i64> = candidates
-        .iter()
-        .map(|c| i64::from(c.patch.triangles.len() == 1 && c.patch.corners.len() == 3))
+    let start: Vec<u32> = (0..choices.len() as u32)
+        .filter(|&c| choices[c as usize].triangles.len() == 1 && patches[c as usize].corners.len() == 3)
         .collect();
-    let options = Options { max_nodes: 200, time_limit: Duration::from_secs(20), relative_gap: 0.01 };
-    let feasible = programme.is_feasible(&start);
-    let solution = programme.solve(&options, feasible.then_some(&start[..]), &|| monitor.is_cancelled())?;
-    if solution.stop == Stop::Time {
-        // What was found by then depends on the machine.
-        return matching(base, measures, 10.0, 0.5, monitor);
-    }
-    let taken = candidates.into_iter().zip(&solution.values).filter(|(_, value)| **value == 1);
-    Ok(taken.map(|(candidate, _)| candidate.patch).collect())
+    let taken = anneal::choose(&choices, base.triangles.len(), &neighbours, &goals, &start, monitor)?;
+    Ok(taken.into_iter().map(|c| std::mem::replace(&mut patches[c as usize], Patch { triangles: vec![], border: vec![], corners: vec![] })).collect())
 }
