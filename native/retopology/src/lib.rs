@@ -3,3 +3,18 @@
 //! Follows Daniels, Lizier, Siqueira, Silva and Nonato, Template-based quadrilateral meshing, Computers & Graphics 2011.
 
 pub mod base;
+
+mod assemble;
+pub mod base_error;
+pub mod build;
+mod cells;
+mod cut;
+pub mod detect;
+pub mod features;
+pub mod fields;
+pub mod input;
+pub mod metric;
+mod sites;
+mod sizing;
+pub mod split_mesh;
+mod stars;
