@@ -1,0 +1,227 @@
+//! First paths of the base edges: in every cell a star of disjoint paths from the base vertex to the arcs of its rim.
+//!
+//! Daniels et al. 2011, section 4.3, take geodesics, which may cross. Here every base edge crosses its own arc once, at a
+//! port, and stays in its two cells otherwise. A cell is a disk; the paths that a star has already cut it into sectors, each
+//! a disk with the base vertex at its tip; so the next port is always joined to the base vertex by a strip of triangles. The
+//! search runs over free vertices and over edges, which are split where the path crosses them: it cannot fail, and paths
+//! never touch. `surface::flip_geodesic` shortens them afterwards.
+
+use crate::base_error::RetopologyError;
+use crate::cells::{Cells, Piece};
+use crate::fields::Fields;
+use crate::split_mesh::{SplitMesh, next, prev};
+use mesh::{DVec3, Monitor, NONE, sorted};
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BinaryHeap, HashSet};
+
+/// A place a path may run through: a vertex, or the middle of an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Node {
+    Vertex(u32),
+    Edge(u32, u32),
+}
+
+struct Front {
+    distance: f64,
+    node: Node,
+}
+
+impl PartialEq for Front {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Front {}
+
+impl PartialOrd for Front {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Front {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
+    }
+}
+
+struct Stars<'a> {
+    mesh: &'a mut SplitMesh,
+    /// Cell of each vertex; [`NONE`] for ports.
+    label: Vec<u32>,
+    /// Vertices of curves and of paths so far.
+    taken: Vec<bool>,
+    /// Edges of curves and of paths so far.
+    taken_edges: HashSet<[u32; 2]>,
+}
+
+/// Draws a path for every arc of sound cells, as vertices from the lower cell's base vertex to the other's. Arcs across
+/// curves follow the curve. Splits edges of the mesh.
+///
+/// # Errors
+/// Cancelled; [`RetopologyError::Internal`] when the cells are not sound.
+pub fn draw(
+    mesh: &mut SplitMesh,
+    cells: &Cells,
+    fields: &Fields,
+    peaks: &[u32],
+    pieces: &[Piece],
+    monitor: &Monitor,
+) -> Result<Vec<Vec<u32>>, RetopologyError> {
+    let mut taken = vec![false; mesh.positions.len()];
+    let mut taken_edges = HashSet::new();
+    for piece in pieces {
+        piece.vertices.iter().for_each(|&v| taken[v as usize] = true);
+        taken_edges.extend(piece.vertices.windows(2).map(|pair| sorted(pair[0], pair[1])));
+    }
+    peaks.iter().for_each(|&v| taken[v as usize] = true);
+    // Where the two fields are largest, the arc is nearest to both base vertices. Ends, since splits renumber half-edges.
+    let best_crossing = |arc: &crate::cells::CellArc| {
+        let height = |h: u32| {
+            [mesh.from(h), mesh.to(h)]
+                .map(|v| fields.field(cells.label[v as usize] as usize)[v as usize])
+                .into_iter()
+                .fold(f32::INFINITY, f32::min)
+        };
+        arc.crossed.iter().copied().max_by(|&g, &h| height(g).total_cmp(&height(h)).then(h.cmp(&g))).map(|h| {
+            let (a, b) = (mesh.from(h), mesh.to(h));
+            if cells.label[a as usize] == arc.cells[0] { [a, b] } else { [b, a] }
+        })
+    };
+    let crossings: Vec<Option<[u32; 2]>> =
+        cells.arcs.iter().map(|arc| if arc.piece.is_none() { best_crossing(arc) } else { None }).collect();
+    let mut stars = Stars { mesh, label: cells.label.clone(), taken, taken_edges };
+    let ports: Vec<u32> = crossings
+        .into_iter()
+        .map(|ends| ends.map_or(Some(NONE), |[a, b]| stars.split(a, b, NONE)))
+        .collect::<Option<_>>()
+        .ok_or(BROKEN)?;
+    for &port in ports.iter().filter(|&&port| port != NONE) {
+        stars.taken[port as usize] = true;
+    }
+    let mut paths = Vec::with_capacity(cells.arcs.len());
+    for (arc, &port) in cells.arcs.iter().zip(&ports) {
+        monitor.check()?;
+        if let Some(k) = arc.piece {
+            let mut path = pieces[k as usize].vertices.clone();
+            if pieces[k as usize].ends[0] != arc.cells[0] {
+                path.reverse();
+            }
+            paths.push(path);
+            continue;
+        }
+        let mut path = stars.path(port, arc.cells[0], peaks).ok_or(BROKEN)?;
+        path.reverse();
+        path.pop();
+        path.extend(stars.path(port, arc.cells[1], peaks).ok_or(BROKEN)?);
+        paths.push(path);
+    }
+    Ok(paths)
+}
+
+const BROKEN: RetopologyError =
+    RetopologyError::Internal { stage: "drawing base edges", reason: "a base vertex cannot be reached within its cell" };
+
+impl Stars<'_> {
+    /// Splits the edge from `a` to `b` for a vertex of the cell `label`.
+    fn split(&mut self, a: u32, b: u32, label: u32) -> Option<u32> {
+        let m = self.mesh.split(self.mesh.find(a, b)?, 0.5);
+        self.label.push(label);
+        self.taken.push(false);
+        Some(m)
+    }
+
+    fn at(&self, node: Node) -> DVec3 {
+        match node {
+            Node::Vertex(v) => self.mesh.positions[v as usize],
+            Node::Edge(a, b) => self.mesh.positions[a as usize].midpoint(self.mesh.positions[b as usize]),
+        }
+    }
+
+    fn is_free(&self, node: Node, cell: u32, goal: u32) -> bool {
+        match node {
+            Node::Vertex(v) => v == goal || (self.label[v as usize] == cell && !self.taken[v as usize]),
+            Node::Edge(a, b) => {
+                let both_taken = self.taken[a as usize] && self.taken[b as usize];
+                (self.label[a as usize] == cell || self.label[b as usize] == cell)
+                    && !(both_taken && self.taken_edges.contains(&sorted(a, b)))
+            }
+        }
+    }
+
+    /// Nodes that share a triangle with a node, but for those on its own edges.
+    fn beside(&self, node: Node) -> Vec<Node> {
+        let edge = |h: u32| {
+            let [a, b] = sorted(self.mesh.from(h), self.mesh.to(h));
+            Node::Edge(a, b)
+        };
+        let mut found = Vec::new();
+        match node {
+            Node::Vertex(v) => {
+                for h in self.mesh.around(v) {
+                    found.extend([Node::Vertex(self.mesh.to(h)), Node::Vertex(self.mesh.from(prev(h))), edge(next(h))]);
+                }
+            }
+            Node::Edge(a, b) => {
+                let Some(h) = self.mesh.find(a, b) else { return found };
+                for side in [h, self.mesh.twin[h as usize]].into_iter().filter(|&side| side != NONE) {
+                    found.extend([Node::Vertex(self.mesh.from(prev(side))), edge(next(side)), edge(prev(side))]);
+                }
+            }
+        }
+        found
+    }
+
+    /// The shortest path from a port to the base vertex of a cell, cut into the mesh and taken; port first.
+    fn path(&mut self, port: u32, cell: u32, peaks: &[u32]) -> Option<Vec<u32>> {
+        let goal = peaks[cell as usize];
+        let start = Node::Vertex(port);
+        let mut reached = BTreeMap::from([(start, (0.0, start))]);
+        let mut front = BinaryHeap::from([Front { distance: 0.0, node: start }]);
+        while let Some(Front { distance, node }) = front.pop() {
+            if node == Node::Vertex(goal) {
+                break;
+            }
+            if distance > reached[&node].0 {
+                continue;
+            }
+            let here = self.at(node);
+            for other in self.beside(node) {
+                if !self.is_free(other, cell, goal) || !self.is_open(node, other) {
+                    continue;
+                }
+                let far = distance + here.distance(self.at(other));
+                if reached.get(&other).is_none_or(|&(d, _)| far < d) {
+                    reached.insert(other, (far, node));
+                    front.push(Front { distance: far, node: other });
+                }
+            }
+        }
+        let mut nodes = vec![Node::Vertex(goal)];
+        while nodes[nodes.len() - 1] != start {
+            nodes.push(reached.get(&nodes[nodes.len() - 1])?.1);
+        }
+        nodes.reverse();
+        let mut path = Vec::with_capacity(nodes.len());
+        for node in nodes {
+            path.push(match node {
+                Node::Vertex(v) => v,
+                Node::Edge(a, b) => self.split(a, b, cell)?,
+            });
+        }
+        for pair in path.windows(2) {
+            self.taken_edges.insert(sorted(pair[0], pair[1]));
+        }
+        path.iter().for_each(|&v| self.taken[v as usize] = true);
+        Some(path)
+    }
+
+    /// False along an edge that is taken.
+    fn is_open(&self, from: Node, to: Node) -> bool {
+        match (from, to) {
+            (Node::Vertex(a), Node::Vertex(b)) => !self.taken_edges.contains(&sorted(a, b)),
+            _ => true,
+        }
+    }
+}
