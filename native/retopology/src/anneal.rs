@@ -73,7 +73,6 @@ pub(crate) fn choose(
             break;
         }
     }
-    eprintln!("{} choices cost {}", choices.len(), search.total());
     if search.total() < best.0 {
         best.1 = search.taken();
     }
