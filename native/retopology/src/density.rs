@@ -15,8 +15,10 @@ use crate::base::Base;
 use crate::error::LayoutError;
 use crate::measures::Measures;
 use crate::patch::Patch;
+use glam::DVec3;
 use mesh::Monitor;
 use quadrangulate::Filler;
+use surface::smooth_star::Polyline;
 use quadrangulate::quantise::{self, Layout, MOST, QuantiseError, SubSide, quantise_instantly};
 
 /// Rounds of the search for the edge length.
@@ -25,6 +27,10 @@ const SEARCH_ROUNDS: usize = 14;
 const CLOSE_ENOUGH: f64 = 0.004;
 /// Weight of the condition that lets a three- or five-sided patch do with one irregular vertex, per squared miss.
 const PATTERN_WEIGHT: f64 = 2.0;
+/// How far the chords of a bent feature may leave it, in edge lengths, before it gets more edges; and how much more its wishes
+/// count than those of others then.
+const CHORD_ERROR: f64 = 0.035;
+const BENT_WEIGHT: f64 = 8.0;
 /// Changes of single pieces to make up the rest.
 const MOST_CHANGES: usize = 40;
 
@@ -50,8 +56,6 @@ pub(crate) struct Counts {
 struct Sides<'a> {
     base: &'a Base,
     patches: &'a [Patch],
-    /// Length of each base edge over the relative size along it.
-    lengths: Vec<f64>,
     /// Piece of a chord that each base edge belongs to; `u32::MAX` for edges inside patches.
     piece_of: Vec<u32>,
     /// For each piece the mean logarithm of its lengths, and the area beside it over the squared length.
@@ -171,7 +175,7 @@ impl<'a> Sides<'a> {
     ) -> Self {
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
-        let lengths: Vec<f64> =
+        let mut lengths: Vec<f64> =
             base.edges.iter().map(|e| e.path.windows(2).map(step).sum::<f64>().max(1e-6 * h)).collect();
         let edge_of = |corner: u32| base.triangle_edges[corner as usize / 3][corner as usize % 3];
         let mut areas = vec![0.0; base.edges.len()];
@@ -193,6 +197,15 @@ impl<'a> Sides<'a> {
                 }
             }
         }
+        // Bent features need more edges than their length says, and will have them before others have theirs.
+        for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
+            let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
+            let wanted = f64::from(least_count(&points, (lengths[e] / h).round() as u32, CHORD_ERROR * h)) * h;
+            if wanted > 1.2 * lengths[e] {
+                lengths[e] = wanted;
+                areas[e] *= BENT_WEIGHT;
+            }
+        }
         let mut piece_of = vec![u32::MAX; base.edges.len()];
         let mut ideals = Vec::new();
         for chord in chords(&links, &areas) {
@@ -210,7 +223,6 @@ impl<'a> Sides<'a> {
         let mut sides = Self {
             base,
             patches,
-            lengths,
             piece_of,
             ideals,
             layout: Layout::default(),
@@ -366,6 +378,28 @@ impl<'a> Sides<'a> {
         }
         Ok(())
     }
+}
+
+/// The least number of even parts, at least `from`, whose chords stay within `error` of a polyline.
+fn least_count(points: &[DVec3], from: u32, error: f64) -> u32 {
+    let line = Polyline::new(points.to_vec());
+    let from = from.max(1);
+    let most = (4 * from).max(12);
+    (from..most)
+        .find(|&n| {
+            let cut = |i: u32| line.at(line.length() * f64::from(i) / f64::from(n));
+            let mut passed = 0.0;
+            let mut previous = points[0];
+            points.iter().all(|&p| {
+                passed += p.distance(previous);
+                previous = p;
+                let i = ((passed / line.length() * f64::from(n)) as u32).min(n - 1);
+                let (a, b) = (cut(i), cut(i + 1));
+                let t = ((p - a).dot(b - a) / (b - a).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+                p.distance(a.lerp(b, t)) <= error
+            })
+        })
+        .unwrap_or(most)
 }
 
 /// Pairs of opposite sides of a four-sided patch that are one half-edge each.

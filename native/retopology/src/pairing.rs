@@ -57,6 +57,8 @@ const FOLD_WEIGHT: f64 = 1.0;
 /// Weight of the squared logarithm of the ratio of opposite sides.
 const RATIO_WEIGHT: f64 = 0.4;
 
+/// How far a sector of features may fall short of a whole number of right angles and still need as many quads: 27 degrees.
+const STRAIGHT: f64 = 0.3;
 /// Patches that cost more than this are never worth it: lone triangles do not.
 const MOST_COST: f64 = 1.8;
 
@@ -245,8 +247,10 @@ fn programme(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -
     }
     let goal = |sector: &Sector| {
         // Two quads alone at a vertex would share two edges.
-        let least = if on_border[sector.vertex as usize] { 1 } else { 3 };
-        Goal { vertex: sector.vertex, ideal: sector.ideal, least }
+        let least_at_vertex = if on_border[sector.vertex as usize] { 1 } else { 3 };
+        // A quad with a straight corner between features stays flat there, whatever moves.
+        let least = (sector.ideal + STRAIGHT).floor().max(1.0) as i32;
+        Goal { vertex: sector.vertex, ideal: sector.ideal, least, least_at_vertex }
     };
     let goals: Vec<Goal> = measures.sectors.iter().map(goal).collect();
     // Each triangle by itself is always a way.

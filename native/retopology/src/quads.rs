@@ -146,6 +146,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         filled.patch_of.iter().map(|&p| chart_of[patches[p as usize].triangles[0] as usize]).collect();
     let constraints: Vec<Constraint> = filled.places.iter().map(|&place| constraint(place, &rails)).collect();
     let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
+    let lengths = vec![counts.edge_length; work.filled.positions.len()];
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
     let shape = Shape {
         quads: &work.filled.quads,
@@ -153,6 +154,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         constraints: &work.constraints,
         lines: &rails.lines,
         charts: &charts,
+        lengths: &lengths,
     };
     let mut inverted = optimise(&shape, &mut work.filled.positions, options.rounds, &smooth, monitor)?.inverted;
     clock.stop("optimise");
