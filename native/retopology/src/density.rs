@@ -12,13 +12,13 @@
 //! 3. The edge length is searched for until the quads number what was asked; single pieces then make up the rest.
 
 use crate::base::Base;
+use crate::division::least_parts;
 use crate::error::LayoutError;
 use crate::measures::Measures;
 use crate::patch::Patch;
 use glam::DVec3;
 use mesh::Monitor;
 use quadrangulate::Filler;
-use surface::smooth_star::Polyline;
 use quadrangulate::quantise::{self, Layout, MOST, QuantiseError, SubSide, quantise_instantly};
 
 /// Rounds of the search for the edge length.
@@ -198,26 +198,29 @@ impl<'a> Sides<'a> {
             }
         }
         // Bent features need more edges than their length says, and will have them before others have theirs.
+        let mut bent = vec![false; base.edges.len()];
         for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
             let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
-            let wanted = f64::from(least_count(&points, (lengths[e] / h).round() as u32, CHORD_ERROR * h)) * h;
-            if wanted > 1.2 * lengths[e] {
-                lengths[e] = wanted;
-                areas[e] *= BENT_WEIGHT;
-            }
+            let wanted = f64::from(least_parts(&points, CHORD_ERROR * h)) * h;
+            bent[e] = wanted > 1.05 * lengths[e];
+            lengths[e] = lengths[e].max(wanted);
         }
         let mut piece_of = vec![u32::MAX; base.edges.len()];
         let mut ideals = Vec::new();
         for chord in chords(&links, &areas) {
-            let terms: Vec<(f64, f64)> =
-                chord.edges.iter().map(|&e| (areas[e as usize] / (h * h), lengths[e as usize].ln())).collect();
+            let term = |&e: &u32| {
+                let e = e as usize;
+                Term { weight: areas[e] / (h * h), value: lengths[e].ln(), least: bent[e] }
+            };
+            let terms: Vec<Term> = chord.edges.iter().map(term).collect();
             for piece in cut(&terms, chord.closed, irregularity) {
-                let weight: f64 = piece.iter().map(|&i| terms[i].0).sum();
-                let mean = piece.iter().map(|&i| terms[i].0 * terms[i].1).sum::<f64>() / weight;
+                let mut run = Run::default();
                 for &i in &piece {
+                    run.add(&terms[i]);
                     piece_of[chord.edges[i] as usize] = ideals.len() as u32;
                 }
-                ideals.push((mean, weight * h * h));
+                let urgency = if run.value() > run.mean() { BENT_WEIGHT } else { 1.0 };
+                ideals.push((run.value(), run.weight * h * h * urgency));
             }
         }
         let mut sides = Self {
@@ -380,28 +383,6 @@ impl<'a> Sides<'a> {
     }
 }
 
-/// The least number of even parts, at least `from`, whose chords stay within `error` of a polyline.
-fn least_count(points: &[DVec3], from: u32, error: f64) -> u32 {
-    let line = Polyline::new(points.to_vec());
-    let from = from.max(1);
-    let most = (4 * from).max(12);
-    (from..most)
-        .find(|&n| {
-            let cut = |i: u32| line.at(line.length() * f64::from(i) / f64::from(n));
-            let mut passed = 0.0;
-            let mut previous = points[0];
-            points.iter().all(|&p| {
-                passed += p.distance(previous);
-                previous = p;
-                let i = ((passed / line.length() * f64::from(n)) as u32).min(n - 1);
-                let (a, b) = (cut(i), cut(i + 1));
-                let t = ((p - a).dot(b - a) / (b - a).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-                p.distance(a.lerp(b, t)) <= error
-            })
-        })
-        .unwrap_or(most)
-}
-
 /// Pairs of opposite sides of a four-sided patch that are one half-edge each.
 fn opposite(patch: &Patch) -> impl Iterator<Item = (u32, u32)> + '_ {
     let sides: Vec<&[u32]> = patch.sides().collect();
@@ -441,36 +422,74 @@ fn chords(links: &[Vec<u32>], areas: &[f64]) -> Vec<Chord> {
     chords
 }
 
-/// Splits a row of (weight, value) into runs: least sum of weighted squared deviations from the runs' means plus `price`
-/// for each split. Of a closed row also the ends may be split. Exact for open rows, O(n²); a closed row is opened at its widest gap.
-fn cut(terms: &[(f64, f64)], closed: bool, price: f64) -> Vec<Vec<usize>> {
+/// An edge that a chord crosses.
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    weight: f64,
+    value: f64,
+    /// Whether the value is the least that will do.
+    least: bool,
+}
+
+/// Sums over a run of terms that get one value.
+#[derive(Debug, Clone, Copy, Default)]
+struct Run {
+    weight: f64,
+    first: f64,
+    second: f64,
+    least: Option<f64>,
+}
+
+impl Run {
+    fn add(&mut self, term: &Term) {
+        self.weight += term.weight;
+        self.first += term.weight * term.value;
+        self.second += term.weight * term.value * term.value;
+        if term.least {
+            self.least = Some(self.least.map_or(term.value, |least| least.max(term.value)));
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        if self.weight > 0.0 { self.first / self.weight } else { 0.0 }
+    }
+
+    /// The mean, or the greatest of the least values where that is more.
+    fn value(&self) -> f64 {
+        self.least.map_or(self.mean(), |least| least.max(self.mean()))
+    }
+
+    /// The weighted squared deviations from it.
+    fn spread(&self) -> f64 {
+        let value = self.value();
+        (self.second - 2.0 * value * self.first + value * value * self.weight).max(0.0)
+    }
+}
+
+/// Splits a row into runs that get one value each: least sum of their spreads plus `price` for each split. A closed row
+/// may be split between its ends too. Exact for open rows, O(n²); a closed row is opened at its widest gap.
+fn cut(terms: &[Term], closed: bool, price: f64) -> Vec<Vec<usize>> {
     let n = terms.len();
     let turn = if closed {
-        let gap = |i: usize| (terms[i].1 - terms[(i + n - 1) % n].1).abs();
+        let gap = |i: usize| (terms[i].value - terms[(i + n - 1) % n].value).abs();
         (0..n).fold(0, |best, i| if gap(i) > gap(best) { i } else { best })
     } else {
         0
     };
     let order: Vec<usize> = (0..n).map(|i| (i + turn) % n).collect();
-    let mut sums = vec![(0.0, 0.0, 0.0)];
-    for &i in &order {
-        let ((w, value), (a, b, c)) = (terms[i], sums[sums.len() - 1]);
-        sums.push((a + w, b + w * value, c + w * value * value));
-    }
-    let spread = |from: usize, to: usize| {
-        let (a, b) = (sums[from], sums[to]);
-        let (w, first, second) = (b.0 - a.0, b.1 - a.1, b.2 - a.2);
-        if w > 0.0 { (second - first * first / w).max(0.0) } else { 0.0 }
-    };
-    let mut best = vec![(0.0, 0)];
+    let mut best: Vec<(f64, usize)> = vec![(0.0, 0)];
     for to in 1..=n {
-        let cost = |from: usize| {
+        let mut run = Run::default();
+        let mut found = (f64::INFINITY, 0);
+        for from in (0..to).rev() {
+            run.add(&terms[order[from]]);
             // Opening a closed row is a split too, unless it stays whole.
             let split = if from > 0 || (closed && to < n) { price } else { 0.0 };
-            best[from].0 + spread(from, to) + split
-        };
-        let from = (0..to).fold(0, |least, from| if cost(from) < cost(least) { from } else { least });
-        let found = (cost(from), from);
+            let cost = best[from].0 + run.spread() + split;
+            if cost < found.0 {
+                found = (cost, from);
+            }
+        }
         best.push(found);
     }
     let (mut runs, mut to) = (Vec::new(), n);

@@ -6,6 +6,7 @@ pub mod base;
 
 mod anneal;
 mod density;
+mod division;
 mod error;
 mod fill;
 mod measures;
@@ -21,6 +22,7 @@ pub use density::Size;
 pub use error::LayoutError;
 pub use pairing::Pairing;
 pub use quads::{FeatureEdge, LayoutOptions, LayoutReport, Quads, SourcePoint, quads_from_base};
+
 mod assemble;
 pub mod base_error;
 pub mod build;

@@ -136,15 +136,30 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
 
     monitor.stage("fill", 0.4)?;
     let topologies = fill::topologies(base, &patches, &counts.of_edge, monitor)?;
-    let filled = fill::fill(base, &measures, &patches, &counts.of_edge, &size, &topologies, monitor)?;
+    let rails = Rails::new(base, &measures);
+    let filled = fill::fill(
+        base,
+        &measures,
+        &patches,
+        &counts.of_edge,
+        &size,
+        &topologies,
+        &rails,
+        counts.edge_length,
+        monitor,
+    )?;
     clock.stop("fill");
 
     monitor.stage("optimise", 0.6)?;
     let (charts, chart_of) = charts(base, &measures);
-    let rails = Rails::new(base, &measures);
     let chart_of_quad: Vec<u32> =
         filled.patch_of.iter().map(|&p| chart_of[patches[p as usize].triangles[0] as usize]).collect();
-    let constraints: Vec<Constraint> = filled.places.iter().map(|&place| constraint(place, &rails)).collect();
+    let constraints: Vec<Constraint> = filled
+        .places
+        .iter()
+        .zip(&filled.stays)
+        .map(|(&place, &stays)| if stays { Constraint::Fixed } else { constraint(place, &rails) })
+        .collect();
     let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
     let lengths = vec![counts.edge_length; work.filled.positions.len()];
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
