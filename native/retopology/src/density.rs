@@ -17,9 +17,10 @@ use crate::error::LayoutError;
 use crate::measures::Measures;
 use crate::patch::Patch;
 use glam::DVec3;
-use mesh::Monitor;
+use mesh::{Monitor, NONE};
 use quadrangulate::Filler;
-use quadrangulate::quantise::{self, Layout, MOST, QuantiseError, SubSide, quantise_instantly};
+use quadrangulate::quantise::{self, Layout, MOST, SubSide, quantise_instantly};
+use solve::components::connected_components;
 
 /// Rounds of the search for the edge length.
 const SEARCH_ROUNDS: usize = 14;
@@ -56,8 +57,8 @@ pub(crate) struct Counts {
 struct Sides<'a> {
     base: &'a Base,
     patches: &'a [Patch],
-    /// Piece of a chord that each base edge belongs to; `u32::MAX` for edges inside patches.
-    piece_of: Vec<u32>,
+    /// The one or two pieces of chords whose counts add up to each base edge's; [`NONE`] for none.
+    parts: Vec<[u32; 2]>,
     /// For each piece the mean logarithm of its lengths, and the area beside it over the squared length.
     ideals: Vec<(f64, f64)>,
     /// Pieces round each patch that whole pieces do not make even by themselves; `sub_sides` still empty.
@@ -153,7 +154,7 @@ pub(crate) fn count(
         }
         sides.make_up(&mut counts, target, edge_length, &mut filler, monitor)?;
     }
-    let of_edge = sides.piece_of.iter().map(|&piece| counts.get(piece as usize).copied().unwrap_or(0)).collect();
+    let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
     Ok(Counts { of_edge, edge_length })
 }
 
@@ -205,8 +206,18 @@ impl<'a> Sides<'a> {
             bent[e] = wanted > 1.05 * lengths[e];
             lengths[e] = lengths[e].max(wanted);
         }
-        let mut piece_of = vec![u32::MAX; base.edges.len()];
-        let mut ideals = Vec::new();
+        let mut sides = Self {
+            base,
+            patches,
+            parts: vec![[NONE; 2]; base.edges.len()],
+            ideals: Vec::new(),
+            layout: Layout::default(),
+            bound: Vec::new(),
+        };
+        if irregularity.is_infinite() {
+            sides.conform(&lengths, &areas);
+            return sides;
+        }
         for chord in chords(&links, &areas) {
             let term = |&e: &u32| {
                 let e = e as usize;
@@ -217,26 +228,83 @@ impl<'a> Sides<'a> {
                 let mut run = Run::default();
                 for &i in &piece {
                     run.add(&terms[i]);
-                    piece_of[chord.edges[i] as usize] = ideals.len() as u32;
+                    sides.parts[chord.edges[i] as usize][0] = sides.ideals.len() as u32;
                 }
                 let urgency = if run.value() > run.mean() { BENT_WEIGHT } else { 1.0 };
-                ideals.push((run.value(), run.weight * h * h * urgency));
+                sides.ideals.push((run.value(), run.weight * h * h * urgency));
             }
         }
-        let mut sides = Self {
-            base,
-            patches,
-            piece_of,
-            ideals,
-            layout: Layout::default(),
-            bound: Vec::new(),
-        };
         sides.bind();
         sides
     }
 
+    /// The first piece of a half-edge's base edge.
     fn piece(&self, corner: u32) -> u32 {
-        self.piece_of[self.base.triangle_edges[corner as usize / 3][corner as usize % 3] as usize]
+        self.parts[self.edge(corner) as usize][0]
+    }
+
+    fn edge(&self, corner: u32) -> u32 {
+        self.base.triangle_edges[corner as usize / 3][corner as usize % 3]
+    }
+
+    /// Quads along a base edge.
+    fn along(&self, edge: u32, counts: &[u32]) -> u32 {
+        self.parts[edge as usize].iter().filter(|&&piece| piece != NONE).map(|&piece| counts[piece as usize]).sum()
+    }
+
+    /// Pieces for the coarsest layout: no chord is cut, and patches of other than four sides are seen as divided into quads from
+    /// their middle, so that the chords of the halves of their sides go on through them. Any counts of these fit everywhere, and
+    /// all irregular vertices lie on few lines.
+    fn conform(&mut self, lengths: &[f64], areas: &[f64]) {
+        // Halves are numbered 2 e and 2 e + 1 along base edge e.
+        let half = |sides: &Self, corner: u32, second: bool| {
+            let edge = sides.edge(corner);
+            let forward = sides.base.edges[edge as usize].ends[0]
+                == sides.base.triangles[corner as usize / 3][corner as usize % 3];
+            2 * edge + u32::from(second == forward)
+        };
+        let mut joined = Vec::new();
+        let mut divided = vec![false; 2 * lengths.len()];
+        for patch in self.patches {
+            let n = patch.border.len();
+            for (i, &corner) in patch.border.iter().enumerate() {
+                let across = patch.border[(i + 2) % n];
+                joined.push((half(self, corner, true), half(self, across, false)));
+                if n == 4 {
+                    joined.push((half(self, corner, false), half(self, across, true)));
+                } else {
+                    divided[half(self, corner, true) as usize] = true;
+                    divided[half(self, corner, false) as usize] = true;
+                }
+            }
+        }
+        for class in connected_components(2 * lengths.len(), joined) {
+            let halved = class.iter().any(|&half| divided[half as usize]);
+            let mut run = Run::default();
+            for &half in &class {
+                let e = half as usize / 2;
+                if areas[e] > 0.0 {
+                    let part = if halved { 0.5 } else { 1.0 };
+                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least: false });
+                }
+            }
+            // Where nothing divides the sides one count for both halves will do.
+            let fresh = class.iter().any(|&half| self.parts[half as usize / 2][0] == NONE);
+            if run.weight <= 0.0 || !(halved || fresh) {
+                continue;
+            }
+            let piece = self.ideals.len() as u32;
+            for &half in &class {
+                let parts = &mut self.parts[half as usize / 2];
+                if halved {
+                    parts[half as usize % 2] = piece;
+                } else {
+                    *parts = [piece, NONE];
+                }
+            }
+            self.ideals.push((run.mean(), run.weight));
+        }
+        self.bound = vec![false; self.ideals.len()];
     }
 
     /// Fills in the patches of the quantisation.
@@ -284,19 +352,14 @@ impl<'a> Sides<'a> {
         }
         layout.sub_sides.resize(used.max(self.ideals.len()), SubSide { ideal: 1.0, fixed: Some(1), weight: 1.0 });
         let options = quantise::Options { pattern_weight: PATTERN_WEIGHT, ..quantise::Options::default() };
-        let result = quantise_instantly(&layout, &options, &|| monitor.is_cancelled());
-        let mut counts = match result {
-            Ok(result) => result.counts,
-            Err(QuantiseError::Solve(error)) => return Err(error.into()),
-            Err(error) => return Err(error.into()),
-        };
+        let mut counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
         counts.truncate(self.ideals.len());
         Ok(counts)
     }
 
     /// Counts of the sides of a patch.
     fn sides_of(&self, patch: &Patch, counts: &[u32]) -> Vec<u32> {
-        patch.sides().map(|side| side.iter().map(|&c| counts[self.piece(c) as usize]).sum()).collect()
+        patch.sides().map(|side| side.iter().map(|&c| self.along(self.edge(c), counts)).sum()).collect()
     }
 
     /// Quads that the filled patches will have.
@@ -334,9 +397,11 @@ impl<'a> Sides<'a> {
         let mut touched = vec![Vec::new(); counts.len()];
         for (index, patch) in self.patches.iter().enumerate() {
             for &corner in &patch.border {
-                let list: &mut Vec<usize> = &mut touched[self.piece(corner) as usize];
-                if list.last() != Some(&index) {
-                    list.push(index);
+                for &piece in self.parts[self.edge(corner) as usize].iter().filter(|&&piece| piece != NONE) {
+                    let list: &mut Vec<usize> = &mut touched[piece as usize];
+                    if list.last() != Some(&index) {
+                        list.push(index);
+                    }
                 }
             }
         }
@@ -351,8 +416,8 @@ impl<'a> Sides<'a> {
                 let step = if self.bound[piece] { 2 } else { 1 };
                 let old = counts[piece];
                 let new = if faces < target { old + step } else { old.saturating_sub(step) };
-                // The least count keeps every pattern possible.
-                if new < 2 || new == old {
+                // Two keep every pattern possible where pieces are not halves.
+                if new < step || new == old {
                     continue;
                 }
                 let list = &touched[piece];

@@ -62,11 +62,12 @@ const STRAIGHT: f64 = 0.3;
 /// Patches that cost more than this are never worth it: lone triangles do not.
 const MOST_COST: f64 = 1.8;
 
-/// Patches that hold every base triangle once.
+/// Patches that hold every base triangle once; without `straight_corners` every side is one base edge.
 pub(crate) fn pair(
     base: &Base,
     measures: &Measures,
     pairing: Pairing,
+    straight_corners: bool,
     monitor: &Monitor,
 ) -> Result<Vec<Patch>, LayoutError> {
     match pairing {
@@ -83,7 +84,7 @@ pub(crate) fn pair(
             if !(2..=3).contains(&most_triangles) {
                 return Err(LayoutError::BadOption { option: "most_triangles", expected: "2 or 3" });
             }
-            programme(base, measures, most_triangles, monitor)
+            programme(base, measures, most_triangles, straight_corners, monitor)
         }
     }
 }
@@ -147,7 +148,13 @@ fn matching(
 }
 
 /// All candidates, those of one triangle without straight corners first, in order.
-fn candidates(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<(Patch, Choice)>, LayoutError> {
+fn candidates(
+    base: &Base,
+    measures: &Measures,
+    most: usize,
+    straight_corners: bool,
+    monitor: &Monitor,
+) -> Result<Vec<(Patch, Choice)>, LayoutError> {
     let mut groups: BTreeSet<(usize, Vec<u32>)> = (0..base.triangles.len() as u32).map(|t| (1, vec![t])).collect();
     let rail = |h: u32| measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
     let mut last: Vec<Vec<u32>> = groups.iter().map(|(_, group)| group.clone()).collect();
@@ -173,7 +180,8 @@ fn candidates(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) 
         if let Some(rim) = Rim::new(base, measures, group) {
             let single = group.len() == 1;
             let useful = |(patch, choice): &(Patch, Choice)| {
-                choice.cost <= MOST_COST || (single && patch.corners.len() == 3)
+                let has_straight = patch.corners.len() < patch.border.len();
+                (choice.cost <= MOST_COST && (straight_corners || !has_straight)) || (single && !has_straight)
             };
             found.extend(variants(base, measures, &rim, group).into_iter().filter(useful));
         }
@@ -232,8 +240,14 @@ fn edge_length(base: &Base, h: u32) -> f64 {
     path.windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
-fn programme(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<Patch>, LayoutError> {
-    let (mut patches, choices): (Vec<Patch>, Vec<Choice>) = candidates(base, measures, most, monitor)?.into_iter().unzip();
+fn programme(
+    base: &Base,
+    measures: &Measures,
+    most: usize,
+    straight_corners: bool,
+    monitor: &Monitor,
+) -> Result<Vec<Patch>, LayoutError> {
+    let (mut patches, choices): (Vec<Patch>, Vec<Choice>) = candidates(base, measures, most, straight_corners, monitor)?.into_iter().unzip();
     let mut on_border = vec![false; base.vertices.len()];
     let mut neighbours = vec![Vec::new(); base.triangles.len()];
     for (h, &twin) in measures.twins.iter().enumerate() {

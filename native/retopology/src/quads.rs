@@ -127,7 +127,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
     }
     let size = density::spread(base, &options.density)?;
-    let patches = pair(base, &measures, options.pairing, monitor)?;
+    let patches = pair(base, &measures, options.pairing, options.irregularity.is_finite(), monitor)?;
     clock.stop("pairing");
 
     monitor.stage("density", 0.2)?;
