@@ -16,6 +16,7 @@ use crate::division::least_parts;
 use crate::error::LayoutError;
 use crate::measures::Measures;
 use crate::patch::Patch;
+use crate::templates::{Chosen, TemplateError};
 use glam::DVec3;
 use mesh::{Monitor, NONE};
 use quadrangulate::Filler;
@@ -32,6 +33,9 @@ const PATTERN_WEIGHT: f64 = 2.0;
 /// count than those of others then.
 const CHORD_ERROR: f64 = 0.035;
 const BENT_WEIGHT: f64 = 8.0;
+/// Chords are cut after all when whole ones miss the target by more than this fraction, at this price.
+const MOST_MISS: f64 = 0.02;
+const CUTTING: f64 = 200.0;
 /// Changes of single pieces to make up the rest.
 const MOST_CHANGES: usize = 40;
 
@@ -57,6 +61,7 @@ pub(crate) struct Counts {
 struct Sides<'a> {
     base: &'a Base,
     patches: &'a [Patch],
+    templates: &'a [Chosen],
     /// The one or two pieces of chords whose counts add up to each base edge's; [`NONE`] for none.
     parts: Vec<[u32; 2]>,
     /// For each piece the mean logarithm of its lengths, and the area beside it over the squared length.
@@ -109,11 +114,13 @@ pub(crate) fn spread(base: &Base, given: &[f64]) -> Result<Vec<f64>, LayoutError
     Ok(size)
 }
 
+#[expect(clippy::too_many_arguments, reason = "the whole layout is needed")]
 /// Counts for all base edges. `irregularity` is what a patch with unequal opposite sides costs, in quads stretched by e.
 pub(crate) fn count(
     base: &Base,
     measures: &Measures,
     patches: &[Patch],
+    templates: &[Chosen],
     size: &[f64],
     wanted: Size,
     irregularity: f64,
@@ -126,7 +133,7 @@ pub(crate) fn count(
         Size::TargetFaces(0) => return Err(LayoutError::BadOption { option: "target faces", expected: "at least 1" }),
         Size::TargetFaces(faces) => (area / faces as f64).sqrt(),
     };
-    let sides = Sides::new(base, measures, patches, size, start, irregularity);
+    let sides = Sides::new(base, measures, patches, templates, size, start, irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -154,6 +161,13 @@ pub(crate) fn count(
         }
         sides.make_up(&mut counts, target, edge_length, &mut filler, monitor)?;
     }
+    if let Size::TargetFaces(faces) = wanted
+        && irregularity.is_infinite()
+        && (sides.faces(&counts, &mut filler)? / faces as f64 - 1.0).abs() > MOST_MISS
+    {
+        // One chord that winds over most of the surface leaves too few numbers of quads to choose from: cut it.
+        return count(base, measures, patches, templates, size, wanted, CUTTING, monitor);
+    }
     let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
     Ok(Counts { of_edge, edge_length })
 }
@@ -170,6 +184,7 @@ impl<'a> Sides<'a> {
         base: &'a Base,
         measures: &Measures,
         patches: &'a [Patch],
+        templates: &'a [Chosen],
         size: &[f64],
         h: f64,
         irregularity: f64,
@@ -209,12 +224,13 @@ impl<'a> Sides<'a> {
         let mut sides = Self {
             base,
             patches,
+            templates,
             parts: vec![[NONE; 2]; base.edges.len()],
             ideals: Vec::new(),
             layout: Layout::default(),
             bound: Vec::new(),
         };
-        if irregularity.is_infinite() {
+        if irregularity.is_infinite() && templates.is_empty() {
             sides.conform(&lengths, &areas);
             return sides;
         }
@@ -310,7 +326,7 @@ impl<'a> Sides<'a> {
     /// Fills in the patches of the quantisation.
     fn bind(&mut self) {
         let mut dummies = self.ideals.len() as u32;
-        for patch in self.patches {
+        for patch in self.patches.iter().filter(|patch| patch.template.is_none()) {
             let pieces: Vec<Vec<u32>> =
                 patch.sides().map(|side| side.iter().map(|&c| self.piece(c)).collect()).collect();
             let equal = |k: usize| pieces.len() == 4 && pieces[k] == pieces[k + 2] && pieces[k].len() == 1;
@@ -350,6 +366,19 @@ impl<'a> Sides<'a> {
             let weight = (area / (h * h) / ideal.max(0.5).powi(2)).clamp(1e-6, 1e6);
             layout.sub_sides.push(SubSide { ideal, fixed: None, weight });
         }
+        // The sides of a template have the counts that it can have.
+        for patch in self.patches {
+            let Some(template) = patch.template.map(|index| &self.templates[index]) else { continue };
+            let pieces: Vec<u32> = patch.border.iter().map(|&c| self.piece(c)).collect();
+            let wanted: Vec<f64> = pieces.iter().map(|&piece| layout.sub_sides[piece as usize].ideal).collect();
+            for (&piece, count) in pieces.iter().zip(template.pattern.nearest_counts(&wanted)) {
+                let fixed = &mut layout.sub_sides[piece as usize].fixed;
+                if fixed.is_some_and(|other| other != count) {
+                    return Err(TemplateError::DoesNotFit { edge: template.edge }.into());
+                }
+                *fixed = Some(count);
+            }
+        }
         layout.sub_sides.resize(used.max(self.ideals.len()), SubSide { ideal: 1.0, fixed: Some(1), weight: 1.0 });
         let options = quantise::Options { pattern_weight: PATTERN_WEIGHT, ..quantise::Options::default() };
         let mut counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
@@ -379,6 +408,10 @@ impl<'a> Sides<'a> {
         filler: &mut Filler,
     ) -> Result<f64, LayoutError> {
         let sides = self.sides_of(patch, counts);
+        if let Some(template) = patch.template.map(|index| &self.templates[index]) {
+            let filled = template.pattern.fill(&sides);
+            return Ok(filled.ok_or(TemplateError::DoesNotFit { edge: template.edge })?.quads.len() as f64);
+        }
         Ok(match sides[..] {
             [a, b, c, d] if a == c && b == d => f64::from(a) * f64::from(b),
             _ => filler.fill(&sides).map_err(|source| LayoutError::Fill { patch: index, source })?.quads.len() as f64,
@@ -405,6 +438,10 @@ impl<'a> Sides<'a> {
                 }
             }
         }
+        let mut held = vec![false; counts.len()];
+        for patch in self.patches.iter().filter(|patch| patch.template.is_some()) {
+            patch.border.iter().for_each(|&c| held[self.piece(c) as usize] = true);
+        }
         let mut faces = self.faces(counts, filler)?;
         for _ in 0..MOST_CHANGES {
             monitor.check()?;
@@ -412,7 +449,7 @@ impl<'a> Sides<'a> {
                 break;
             }
             let mut best: Option<(f64, usize, u32, f64)> = None;
-            for piece in 0..counts.len() {
+            for piece in (0..counts.len()).filter(|&piece| !held[piece]) {
                 let step = if self.bound[piece] { 2 } else { 1 };
                 let old = counts[piece];
                 let new = if faces < target { old + step } else { old.saturating_sub(step) };
@@ -451,7 +488,7 @@ impl<'a> Sides<'a> {
 /// Pairs of opposite sides of a four-sided patch that are one half-edge each.
 fn opposite(patch: &Patch) -> impl Iterator<Item = (u32, u32)> + '_ {
     let sides: Vec<&[u32]> = patch.sides().collect();
-    let pairs = if sides.len() == 4 { vec![(sides[0], sides[2]), (sides[1], sides[3])] } else { vec![] };
+    let pairs = if sides.len() == 4 && patch.template.is_none() { vec![(sides[0], sides[2]), (sides[1], sides[3])] } else { vec![] };
     pairs.into_iter().filter_map(|(a, b)| match (a, b) {
         (&[a], &[b]) => Some((a, b)),
         _ => None,

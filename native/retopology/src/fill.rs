@@ -10,6 +10,7 @@ use crate::error::LayoutError;
 use crate::measures::Measures;
 use crate::patch::Patch;
 use crate::rails::Rails;
+use crate::templates::{Chosen, TemplateError};
 use glam::DVec3;
 use mesh::Monitor;
 use quadrangulate::{DiskSurface, Filler, PatchTopology, PlaceError, place};
@@ -110,6 +111,7 @@ pub(crate) fn fill(
 pub(crate) fn topologies(
     base: &Base,
     patches: &[Patch],
+    templates: &[Chosen],
     counts: &[u32],
     monitor: &Monitor,
 ) -> Result<Vec<PatchTopology>, LayoutError> {
@@ -118,6 +120,11 @@ pub(crate) fn topologies(
     for (index, patch) in patches.iter().enumerate() {
         monitor.check()?;
         let sides = sides(base, patch, counts);
+        if let Some(template) = patch.template.map(|index| &templates[index]) {
+            let filled = template.pattern.fill(&sides);
+            all.push(filled.ok_or(TemplateError::DoesNotFit { edge: template.edge })?);
+            continue;
+        }
         all.push(filler.fill(&sides).map_err(|source| LayoutError::Fill { patch: index, source })?);
     }
     Ok(all)

@@ -22,6 +22,7 @@ pub use density::Size;
 pub use error::LayoutError;
 pub use pairing::Pairing;
 pub use quads::{FeatureEdge, LayoutOptions, LayoutReport, Quads, SourcePoint, quads_from_base};
+pub use templates::{Catalogue, Template, TemplateChoice, TemplateError};
 
 mod assemble;
 pub mod base_error;
