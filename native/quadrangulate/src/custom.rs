@@ -60,9 +60,8 @@ impl CustomPattern {
         }
         let topology = Topology::new(count, quads);
         let free = (0..topology.len() as u32).filter(|&h| topology.is_border(h)).count();
-        let runs = (0..border.len()).all(|k| {
-            topology.find(border[k], border[(k + 1) % border.len()]).is_some_and(|h| topology.is_border(h))
-        });
+        let runs = (0..border.len())
+            .all(|k| topology.find(border[k], border[(k + 1) % border.len()]).is_some_and(|h| topology.is_border(h)));
         if free != border.len() || !runs {
             return Err("the border of its quads is not its sides, counter-clockwise");
         }

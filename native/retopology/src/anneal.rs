@@ -30,7 +30,7 @@ pub(crate) struct Goal {
 }
 
 /// Costs of a quad missing at a vertex: more than any other cost can gain.
-const MISSING: f64 = 50.0;
+pub(crate) const MISSING: f64 = 50.0;
 /// Steps for each triangle.
 const STEPS: usize = 60;
 /// Temperatures, in irregular vertices.
@@ -165,7 +165,8 @@ impl<'a> Search<'a> {
     fn sector_cost(&self, sector: u32) -> f64 {
         let goal = &self.goals[sector as usize];
         let quads = self.quads[sector as usize];
-        let missing = (goal.least - quads).max(0) + (goal.least_at_vertex - self.at_vertex[goal.vertex as usize]).max(0);
+        let missing =
+            (goal.least - quads).max(0) + (goal.least_at_vertex - self.at_vertex[goal.vertex as usize]).max(0);
         (f64::from(quads) - goal.ideal).powi(2) + MISSING * f64::from(missing)
     }
 

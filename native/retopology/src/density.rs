@@ -148,7 +148,11 @@ pub(crate) fn count(
             if best < CLOSE_ENOUGH {
                 break;
             }
-            if found > target { fine = Some(h) } else { coarse = Some(h) }
+            if found > target {
+                fine = Some(h)
+            } else {
+                coarse = Some(h)
+            }
             h = match (fine, coarse) {
                 (Some(fine), Some(coarse)) => (fine * coarse).sqrt(),
                 _ => h * (found / target).sqrt().clamp(0.25, 4.0) * if found > target { 1.02 } else { 0.98 },
@@ -359,7 +363,8 @@ impl<'a> Sides<'a> {
     fn solve(&self, h: f64, monitor: &Monitor) -> Result<Vec<u32>, LayoutError> {
         monitor.check()?;
         let mut layout = self.layout.clone();
-        let used = layout.patches.iter().flat_map(|p| p.sides.iter().flatten()).max().map_or(0, |&last| last as usize + 1);
+        let used =
+            layout.patches.iter().flat_map(|p| p.sides.iter().flatten()).max().map_or(0, |&last| last as usize + 1);
         for &(mean, area) in &self.ideals {
             let ideal = (mean.exp() / h).min(f64::from(MOST));
             // Near the ideal the stretched area, area x ln(n / ideal)², is this times the squared deviation.
@@ -400,13 +405,7 @@ impl<'a> Sides<'a> {
         Ok(faces)
     }
 
-    fn faces_of(
-        &self,
-        index: usize,
-        patch: &Patch,
-        counts: &[u32],
-        filler: &mut Filler,
-    ) -> Result<f64, LayoutError> {
+    fn faces_of(&self, index: usize, patch: &Patch, counts: &[u32], filler: &mut Filler) -> Result<f64, LayoutError> {
         let sides = self.sides_of(patch, counts);
         if let Some(template) = patch.template.map(|index| &self.templates[index]) {
             let filled = template.pattern.fill(&sides);
@@ -488,7 +487,11 @@ impl<'a> Sides<'a> {
 /// Pairs of opposite sides of a four-sided patch that are one half-edge each.
 fn opposite(patch: &Patch) -> impl Iterator<Item = (u32, u32)> + '_ {
     let sides: Vec<&[u32]> = patch.sides().collect();
-    let pairs = if sides.len() == 4 && patch.template.is_none() { vec![(sides[0], sides[2]), (sides[1], sides[3])] } else { vec![] };
+    let pairs = if sides.len() == 4 && patch.template.is_none() {
+        vec![(sides[0], sides[2]), (sides[1], sides[3])]
+    } else {
+        vec![]
+    };
     pairs.into_iter().filter_map(|(a, b)| match (a, b) {
         (&[a], &[b]) => Some((a, b)),
         _ => None,

@@ -89,10 +89,12 @@ pub(crate) fn fill(
         .map(|(index, (patch, topology))| {
             let border = border(base, &filled, patch);
             let points: Vec<DVec3> = border.iter().map(|&v| filled.positions[v as usize]).collect();
-            place_patch(base, measures, patch, &sides(base, patch, counts), topology, &points, monitor).map_err(|source| match source {
-                PlaceError::Cancelled(cancelled) => LayoutError::Cancelled(cancelled),
-                source => LayoutError::Place { patch: index, source },
-            })
+            place_patch(base, measures, patch, &sides(base, patch, counts), topology, &points, monitor).map_err(
+                |source| match source {
+                    PlaceError::Cancelled(cancelled) => LayoutError::Cancelled(cancelled),
+                    source => LayoutError::Place { patch: index, source },
+                },
+            )
         })
         .collect::<Result<_, _>>()?;
     for (index, ((patch, topology), inner)) in patches.iter().zip(topologies).zip(inner).enumerate() {

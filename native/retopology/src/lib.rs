@@ -17,6 +17,8 @@ mod quads;
 mod rails;
 mod surfaces;
 mod templates;
+#[cfg(test)]
+mod test_bases;
 
 pub use density::Size;
 pub use error::LayoutError;

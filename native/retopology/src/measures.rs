@@ -114,11 +114,6 @@ impl Measures {
         }
         Ok(Self { angles, areas, normals, twins, rails, sectors, sector_of, pieces })
     }
-
-    /// Area of the whole surface.
-    pub fn area(&self) -> f64 {
-        self.areas.iter().sum()
-    }
 }
 
 fn bad(element: &'static str, index: usize, reason: &'static str) -> LayoutError {
@@ -132,7 +127,10 @@ fn check(base: &Base) -> Result<(), LayoutError> {
     if let Some(i) = find(&mut base.surface.triangles.iter().map(|t| t.iter().any(|&v| v as usize >= points))) {
         return Err(bad("surface triangle", i, "it names a vertex that does not exist"));
     }
-    for (array, name) in [(&base.owner, "every surface triangle needs an owner"), (&base.source, "every surface triangle needs a source")] {
+    for (array, name) in [
+        (&base.owner, "every surface triangle needs an owner"),
+        (&base.source, "every surface triangle needs a source"),
+    ] {
         if array.len() != base.surface.triangles.len() {
             return Err(bad("surface triangle", array.len().min(base.surface.triangles.len()), name));
         }
@@ -144,7 +142,11 @@ fn check(base: &Base) -> Result<(), LayoutError> {
         return Err(bad("vertex", i, "its surface vertex does not exist"));
     }
     if base.triangle_edges.len() != base.triangles.len() {
-        return Err(bad("triangle", base.triangle_edges.len().min(base.triangles.len()), "every triangle needs its edges"));
+        return Err(bad(
+            "triangle",
+            base.triangle_edges.len().min(base.triangles.len()),
+            "every triangle needs its edges",
+        ));
     }
     for (i, edge) in base.edges.iter().enumerate() {
         if edge.ends.iter().any(|&v| v as usize >= vertices) || edge.path.iter().any(|&v| v as usize >= points) {

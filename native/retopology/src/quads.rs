@@ -146,7 +146,8 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     clock.stop("pairing");
 
     monitor.stage("density", 0.2)?;
-    let counts = density::count(base, &measures, &patches, &templates, &size, options.size, options.irregularity, monitor)?;
+    let counts =
+        density::count(base, &measures, &patches, &templates, &size, options.size, options.irregularity, monitor)?;
     clock.stop("density");
 
     monitor.stage("fill", 0.4)?;
