@@ -23,7 +23,11 @@ pub fn assemble(
         .arcs
         .iter()
         .zip(surface.paths)
-        .map(|(arc, path)| BaseEdge { ends: arc.cells, path, feature: arc.piece.map(|k| pieces[k as usize].chain) })
+        .map(|(arc, path)| BaseEdge {
+            ends: arc.cells,
+            path,
+            feature: arc.piece.map(|k| pieces[k as usize].chain),
+        })
         .collect();
     let by_ends: BTreeMap<[u32; 2], u32> = edges.iter().enumerate().map(|(k, edge)| (edge.ends, k as u32)).collect();
     let (mut triangles, mut triangle_edges) = (Vec::new(), Vec::new());

@@ -158,9 +158,7 @@ pub fn build_base(
     let mut triangulation = Intrinsic::new(&drawn_mesh, &topology);
     let mut fixed = vec![false; topology.len()];
     let find = |a: u32, b: u32| {
-        topology
-            .find(a, b)
-            .ok_or(RetopologyError::Internal { stage: "drawing base edges", reason: "a path leaves the surface" })
+        topology.find(a, b).ok_or(RetopologyError::Internal { stage: "drawing base edges", reason: "a path leaves the surface" })
     };
     let mut paths = Vec::with_capacity(vertex_paths.len());
     for (arc, path) in cells.arcs.iter().zip(&vertex_paths) {
@@ -298,10 +296,7 @@ impl Fieldwork {
             }
             // At the latest when every vertex is a base vertex there is no flaw left.
             if flaws.iter().any(|v| self.peaks.contains(v)) {
-                return Err(RetopologyError::Internal {
-                    stage: "triangulating",
-                    reason: "a base vertex was added twice",
-                });
+                return Err(RetopologyError::Internal { stage: "triangulating", reason: "a base vertex was added twice" });
             }
             report.rounds += 1;
             report.inserted.extend(&flaws);

@@ -57,12 +57,10 @@ pub fn labels(mesh: &SplitMesh, fields: &Fields, peaks: &[u32], on_curve: &[u32]
             if on_curve[v] != NONE {
                 return on_curve[v];
             }
-            (0..fields.len())
-                .fold((NONE, f32::NEG_INFINITY), |best, k| {
-                    let value = fields.field(k)[v];
-                    if value > best.1 { (k as u32, value) } else { best }
-                })
-                .0
+            (0..fields.len()).fold((NONE, f32::NEG_INFINITY), |best, k| {
+                let value = fields.field(k)[v];
+                if value > best.1 { (k as u32, value) } else { best }
+            }).0
         })
         .collect();
     let mut used = vec![false; label.len()];
@@ -132,8 +130,9 @@ impl Cells {
         }
         let of = |h: u32| label[mesh.from(h) as usize];
         let cut = |h: u32| of(h) != of(next(h));
-        let meetings: Vec<u32> =
-            (0..mesh.origin.len() as u32 / 3).filter(|&t| cut(3 * t) && cut(3 * t + 1) && cut(3 * t + 2)).collect();
+        let meetings: Vec<u32> = (0..mesh.origin.len() as u32 / 3)
+            .filter(|&t| cut(3 * t) && cut(3 * t + 1) && cut(3 * t + 2))
+            .collect();
         let is_meeting = |h: u32| {
             let t = h - h % 3;
             cut(t) && cut(t + 1) && cut(t + 2)

@@ -64,8 +64,7 @@ pub fn cut(
         let mut ids = Vec::with_capacity(cuts.len());
         for (c, at) in cuts.iter().zip(kept_apart(cuts.iter().map(|c| c.at).collect())) {
             let e = edge_at(c.half_edge);
-            let along =
-                if on_path[e] == c.half_edge { c.index as usize } else { points[e].len() - 1 - c.index as usize };
+            let along = if on_path[e] == c.half_edge { c.index as usize } else { points[e].len() - 1 - c.index as usize };
             let id = positions.len() as u32;
             points[e][along] = id;
             ids.push(id);

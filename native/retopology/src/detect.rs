@@ -80,8 +80,7 @@ pub fn sharp_edges(
             }
             next += 1;
         }
-        let length: f64 =
-            curve.iter().map(|&k| turns[k].1.map(|v| mesh.positions[v as usize])).map(|[a, b]| a.distance(b)).sum();
+        let length: f64 = curve.iter().map(|&k| turns[k].1.map(|v| mesh.positions[v as usize])).map(|[a, b]| a.distance(b)).sum();
         if length >= options.min_length {
             found.extend(curve.into_iter().map(|k| turns[k].1).filter(|ends| !marked.contains(ends)));
         }

@@ -145,8 +145,7 @@ fn walk(
     let mut vertices = vec![start, second];
     let (mut before, mut at) = (start, second);
     while !is_corner[at as usize] && at != start {
-        let next =
-            if neighbours[at as usize][0] == before { neighbours[at as usize][1] } else { neighbours[at as usize][0] };
+        let next = if neighbours[at as usize][0] == before { neighbours[at as usize][1] } else { neighbours[at as usize][0] };
         left.remove(&sorted(at, next));
         vertices.push(next);
         (before, at) = (at, next);

@@ -136,8 +136,7 @@ impl Fields {
         let spread = |(addition, side): (&Addition, &Vec<f64>)| {
             let mut field = vec![0.0_f32; self.unknown.len()];
             // A unit load has a peak of any height: bring it to 1 while the precision is there.
-            let height =
-                if addition.hat.is_empty() { side[self.unknown[addition.vertex as usize] as usize] } else { 1.0 };
+            let height = if addition.hat.is_empty() { side[self.unknown[addition.vertex as usize] as usize] } else { 1.0 };
             for (&v, value) in self.vertex.iter().zip(side) {
                 field[v as usize] = (value / height) as f32;
             }

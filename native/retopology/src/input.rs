@@ -110,7 +110,8 @@ pub fn normalised(mesh: &TriangleMesh) -> (TriangleMesh, Placement) {
     // Halved first: the box of a huge mesh may be wider than the largest number.
     let diagonal = 2.0 * (bounds.high / 2.0 - bounds.low / 2.0).length();
     let scale = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
-    let positions =
-        mesh.positions.iter().zip(&used).map(|(&p, &used)| if used { (p - origin) / scale } else { DVec3::ZERO });
+    let positions = mesh.positions.iter().zip(&used).map(|(&p, &used)| {
+        if used { (p - origin) / scale } else { DVec3::ZERO }
+    });
     (TriangleMesh { positions: positions.collect(), triangles: mesh.triangles.clone() }, Placement { origin, scale })
 }

@@ -120,10 +120,8 @@ pub fn draw(
     Ok(paths)
 }
 
-const BROKEN: RetopologyError = RetopologyError::Internal {
-    stage: "drawing base edges",
-    reason: "a base vertex cannot be reached within its cell",
-};
+const BROKEN: RetopologyError =
+    RetopologyError::Internal { stage: "drawing base edges", reason: "a base vertex cannot be reached within its cell" };
 
 impl Stars<'_> {
     /// Splits the edge from `a` to `b` for a vertex of the cell `label`.
