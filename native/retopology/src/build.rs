@@ -9,6 +9,7 @@ use crate::base_error::RetopologyError;
 use crate::cells::{Cells, Piece, labels};
 use crate::features::{Features, Network, network};
 use crate::fields::{Addition, Fields, Hat};
+use crate::groups::Groups;
 use crate::metric::Metric;
 use crate::sites::{Breakpoints, divide_curves, free_sites};
 use crate::sizing::{refine, wanted_lengths};
@@ -256,13 +257,16 @@ impl Fieldwork {
         let weights = cotangent_weights(&refined, &refined_topology, &fixed, monitor)?;
         let mut first: Vec<Addition> =
             peaks.iter().map(|&vertex| Addition { vertex, hat: vec![(vertex, 1.0)] }).collect();
+        let mut seeds: Vec<(u32, u32)> = peaks.iter().zip(0..).map(|(&vertex, k)| (vertex, k)).collect();
         for piece in pieces(&network, &breakpoints) {
             for (v, at) in along(&mesh, &piece) {
                 first[piece.ends[0] as usize].hat.push((v, 1.0 - at));
                 first[piece.ends[1] as usize].hat.push((v, at));
+                seeds.push((v, piece.ends[usize::from(at > 0.5)]));
             }
         }
-        let fields = Fields::new(&weights, prescribed, first, monitor)?;
+        let groups = Groups::new(&mesh, &metric, &seeds, peaks.len());
+        let fields = Fields::new(&weights, prescribed, first, groups, monitor)?;
         clock.lap(report, "fields");
         Ok(Self { mesh, metric, network, fields, peaks, breakpoints })
     }

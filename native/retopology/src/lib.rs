@@ -12,6 +12,7 @@ mod cut;
 pub mod detect;
 pub mod features;
 pub mod fields;
+mod groups;
 pub mod input;
 pub mod metric;
 mod sites;

@@ -80,7 +80,7 @@ pub fn draw(
     let best_crossing = |arc: &crate::cells::CellArc| {
         let height = |h: u32| {
             [mesh.from(h), mesh.to(h)]
-                .map(|v| fields.field(cells.label[v as usize] as usize)[v as usize])
+                .map(|v| fields.value(cells.label[v as usize], v))
                 .into_iter()
                 .fold(f32::INFINITY, f32::min)
         };
