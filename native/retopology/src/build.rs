@@ -7,6 +7,7 @@ use crate::assemble::assemble;
 use crate::base::Base;
 use crate::base_error::RetopologyError;
 use crate::cells::{Cells, Piece, labels};
+use crate::dual::Dual;
 use crate::features::{Features, Network, network};
 use crate::fields::{Addition, Fields, Hat};
 use crate::groups::Groups;
@@ -14,6 +15,7 @@ use crate::metric::Metric;
 use crate::sites::{Breakpoints, divide_curves, free_sites};
 use crate::sizing::{refine, wanted_lengths};
 use crate::split_mesh::SplitMesh;
+use crate::stars::Drawing;
 use crate::{cut, detect, input, stars};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
 use std::collections::BTreeMap;
@@ -21,6 +23,9 @@ use std::time::Instant;
 use surface::flip_geodesic;
 use surface::intrinsic::Intrinsic;
 use surface::laplacian::cotangent_weights;
+
+/// Rounds of flipping base edges by their lengths and drawing them anew.
+const FLIP_ROUNDS: usize = 3;
 
 /// How coarse the base is and where its corners are.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +82,8 @@ pub struct BaseReport {
     pub inserted: Vec<u32>,
     /// Rounds of adding them.
     pub rounds: usize,
+    /// Base edges flipped for better base triangles.
+    pub flipped: usize,
     /// Vertices that refining the surface added.
     pub refined: usize,
     /// Edges that detection made features.
@@ -148,46 +155,39 @@ pub fn build_base(
     let (cells, pieces) = work.valid_cells(&mut report, monitor)?;
     clock.lap(&mut report, "cells");
 
-    monitor.stage("drawing base edges", 0.6)?;
-    let mut drawn = work.mesh.clone();
-    let vertex_paths = stars::draw(&mut drawn, &cells, &work.fields, &work.peaks, &pieces, monitor)?;
+    monitor.stage("drawing base edges", 0.5)?;
+    let mut dual = Dual::new(&work.mesh, &cells)?;
+    let mut drawing = stars::draw(&work.mesh, &cells, &work.fields, &work.peaks, &pieces, monitor)?;
     clock.lap(&mut report, "paths");
 
-    monitor.stage("straightening base edges", 0.7)?;
-    let drawn_mesh = drawn.to_mesh();
-    let topology = Topology::of_triangles(&drawn_mesh);
-    let mut triangulation = Intrinsic::new(&drawn_mesh, &topology);
-    let mut fixed = vec![false; topology.len()];
-    let find = |a: u32, b: u32| {
-        topology.find(a, b).ok_or(RetopologyError::Internal { stage: "drawing base edges", reason: "a path leaves the surface" })
-    };
-    let mut paths = Vec::with_capacity(vertex_paths.len());
-    for (arc, path) in cells.arcs.iter().zip(&vertex_paths) {
-        if arc.piece.is_some() {
-            for pair in path.windows(2) {
-                let h = topology.find(pair[0], pair[1]).map_or_else(|| find(pair[1], pair[0]), Ok)?;
-                fixed[h as usize] = true;
-            }
-            paths.push(Vec::new());
-        } else {
-            paths.push(path.windows(2).map(|pair| find(pair[0], pair[1])).collect::<Result<Vec<u32>, _>>()?);
+    monitor.stage("straightening base edges", 0.6)?;
+    let mut straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
+    for _ in 0..FLIP_ROUNDS {
+        let flips = dual.improve(&straight.lengths(&drawing, &dual));
+        if flips.is_empty() {
+            break;
         }
+        report.flipped += flips.len();
+        for flip in flips {
+            monitor.check()?;
+            drawing.redraw(flip.edge as usize, flip.ends.map(|k| work.peaks[k as usize]))?;
+        }
+        straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
     }
-    let mut geodesics = flip_geodesic::Network::new(&triangulation, paths, &fixed, &work.peaks);
-    geodesics.shorten(&mut triangulation, monitor)?;
     clock.lap(&mut report, "geodesics");
 
     monitor.stage("cutting the surface", 0.9)?;
-    let mut surface = cut::cut(&drawn, &topology, &triangulation, &geodesics.paths, monitor)?;
-    for ((arc, path), vertices) in cells.arcs.iter().zip(&mut surface.paths).zip(vertex_paths) {
-        if arc.piece.is_some() {
+    let Straightened { topology, triangulation, paths } = straight;
+    let mut surface = cut::cut(&drawing.mesh, &topology, &triangulation, &paths, monitor)?;
+    for ((piece, path), vertices) in dual.piece.iter().zip(&mut surface.paths).zip(drawing.paths) {
+        if piece.is_some() {
             *path = vertices;
         }
     }
     for (v, position) in surface.mesh.positions.iter_mut().enumerate() {
         *position = mesh.positions.get(v).copied().unwrap_or_else(|| placement.to_scene(*position));
     }
-    let base = assemble(&work.mesh, &cells, &pieces, &work.peaks, surface)?;
+    let base = assemble(dual, &pieces, &work.peaks, surface)?;
     clock.lap(&mut report, "cut");
     Ok(Built { base, report, fieldwork: work })
 }
@@ -201,6 +201,49 @@ pub struct Built {
     pub report: BaseReport,
     /// What an editing loop reuses, and the fields for display.
     pub fieldwork: Fieldwork,
+}
+
+/// The drawn base edges as geodesics.
+struct Straightened {
+    topology: Topology,
+    triangulation: Intrinsic,
+    /// Half-edges of the triangulation; empty for edges on curves.
+    paths: Vec<Vec<u32>>,
+}
+
+impl Straightened {
+    fn new(drawing: &Drawing, dual: &Dual, ends: &[u32], monitor: &Monitor) -> Result<Self, RetopologyError> {
+        let topology = drawing.mesh.topology();
+        let mut triangulation = Intrinsic::new(&drawing.mesh.to_mesh(), &topology);
+        let mut fixed = vec![false; topology.len()];
+        let mut paths = Vec::with_capacity(drawing.paths.len());
+        for (path, piece) in drawing.paths.iter().zip(&dual.piece) {
+            let half_edges = path.windows(2).map(|pair| drawing.mesh.find(pair[0], pair[1]));
+            let half_edges = half_edges.collect::<Option<Vec<u32>>>().ok_or(RetopologyError::Internal {
+                stage: "straightening base edges",
+                reason: "a path leaves the surface",
+            })?;
+            if piece.is_some() {
+                half_edges.iter().for_each(|&h| fixed[h as usize] = true);
+                paths.push(Vec::new());
+            } else {
+                paths.push(half_edges);
+            }
+        }
+        let mut network = flip_geodesic::Network::new(&triangulation, paths, &fixed, ends);
+        network.shorten(&mut triangulation, monitor)?;
+        Ok(Self { topology, triangulation, paths: network.paths })
+    }
+
+    /// Length of every base edge.
+    fn lengths(&self, drawing: &Drawing, dual: &Dual) -> Vec<f64> {
+        let at = |v: u32| drawing.mesh.positions[v as usize];
+        let curve = |path: &[u32]| path.windows(2).map(|p| at(p[0]).distance(at(p[1]))).sum::<f64>();
+        let free = |path: &[u32]| path.iter().map(|&h| self.triangulation.length_of(h)).sum::<f64>();
+        (0..self.paths.len())
+            .map(|k| if dual.piece[k].is_some() { curve(&drawing.paths[k]) } else { free(&self.paths[k]) })
+            .collect()
+    }
 }
 
 struct Clock(Instant);
@@ -241,8 +284,7 @@ impl Fieldwork {
         clock.lap(report, "sites");
 
         monitor.stage("harmonic fields", 0.2)?;
-        let refined = mesh.to_mesh();
-        let refined_topology = Topology::of_triangles(&refined);
+        let (refined, refined_topology) = (mesh.to_mesh(), mesh.topology());
         let mut prescribed = vec![false; mesh.positions.len()];
         let mut fixed = vec![false; refined_topology.len()];
         for chain in &network.chains {

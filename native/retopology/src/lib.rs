@@ -10,6 +10,7 @@ pub mod build;
 mod cells;
 mod cut;
 pub mod detect;
+mod dual;
 pub mod features;
 pub mod fields;
 mod groups;
