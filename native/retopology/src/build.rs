@@ -32,9 +32,9 @@ const FLIP_ROUNDS: usize = 3;
 pub struct BaseOptions {
     /// Base vertices that an even base would have, 4 to 100,000; features add more where they need them. Default: 100.
     pub vertices: u32,
-    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 20. Default: 3.
+    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 20. Default: 4.
     pub aspect: f64,
-    /// How fast the wanted edge length may grow, per unit of distance, 0.1 to 10. Default: 1.
+    /// How fast the wanted edge length may grow, per unit of distance, 0.1 to 10. Default: 0.8.
     pub gradation: f64,
     /// Curves have a corner where they turn by more than this, radians, 0 to pi. Default: 50 degrees.
     pub corner_angle: f64,
@@ -44,7 +44,7 @@ pub struct BaseOptions {
 
 impl Default for BaseOptions {
     fn default() -> Self {
-        Self { vertices: 100, aspect: 3.0, gradation: 1.0, corner_angle: 50_f64.to_radians(), detect: None }
+        Self { vertices: 100, aspect: 4.0, gradation: 0.8, corner_angle: 50_f64.to_radians(), detect: None }
     }
 }
 
@@ -235,10 +235,11 @@ impl Straightened {
         Ok(Self { topology, triangulation, paths: network.paths })
     }
 
-    /// Length of every base edge.
+    /// Length of every base edge, of those on curves between their ends.
     fn lengths(&self, drawing: &Drawing, dual: &Dual) -> Vec<f64> {
         let at = |v: u32| drawing.mesh.positions[v as usize];
-        let curve = |path: &[u32]| path.windows(2).map(|p| at(p[0]).distance(at(p[1]))).sum::<f64>();
+        // The chord of a curve is nearer than the curve itself to the side of a triangle unfolded into the plane.
+        let curve = |path: &[u32]| at(path[0]).distance(at(path[path.len() - 1]));
         let free = |path: &[u32]| path.iter().map(|&h| self.triangulation.length_of(h)).sum::<f64>();
         (0..self.paths.len())
             .map(|k| if dual.piece[k].is_some() { curve(&drawing.paths[k]) } else { free(&self.paths[k]) })
@@ -267,19 +268,19 @@ impl Fieldwork {
     ) -> Result<Self, RetopologyError> {
         monitor.stage("placing sites", 0.05)?;
         let mut mesh = SplitMesh::new(working, topology);
-        let mut wanted = wanted_lengths(&mesh, &network, options);
+        let mut sizing = wanted_lengths(&mesh, &network, options);
         let budget = 20_000 + 2 * working.positions.len();
-        refine(&mut mesh, &mut network, &mut wanted, options.gradation, budget, monitor)?;
+        refine(&mut mesh, &mut network, &mut sizing, budget, monitor)?;
         report.refined = mesh.positions.len() - working.positions.len();
         clock.lap(report, "refinement");
 
         let metric = Metric::new(&mesh);
-        let divided = divide_curves(&mesh, &network, &wanted);
+        let divided = divide_curves(&mesh, &network, &sizing.wanted);
         let (mut peaks, breakpoints) = curve_vertices(&network, &divided);
         let on_curves = peaks.len();
         peaks.extend(&network.points);
         report.breakpoints = on_curves - network.corners.len();
-        report.sites = free_sites(&mesh, &metric, &network, &peaks, &wanted, monitor)?;
+        report.sites = free_sites(&mesh, &metric, &network, &peaks, &sizing.wanted, monitor)?;
         peaks.extend(&report.sites);
         clock.lap(report, "sites");
 
