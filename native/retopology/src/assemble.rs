@@ -11,7 +11,12 @@ use mesh::{NONE, Topology};
 ///
 /// # Errors
 /// [`RetopologyError::Internal`] when a base triangle is no disk bounded by its three edges.
-pub fn assemble(dual: Dual, pieces: &[Piece], peaks: &[u32], surface: CutSurface) -> Result<Base, RetopologyError> {
+pub fn assemble(
+    dual: Dual,
+    pieces: &[Piece],
+    vertices: Vec<u32>,
+    surface: CutSurface,
+) -> Result<Base, RetopologyError> {
     let Dual { triangles, sides, ends, piece } = dual;
     let edges = ends
         .into_iter()
@@ -23,7 +28,7 @@ pub fn assemble(dual: Dual, pieces: &[Piece], peaks: &[u32], surface: CutSurface
         owner: vec![NONE; surface.mesh.triangles.len()],
         surface: surface.mesh,
         source: surface.source,
-        vertices: peaks.to_vec(),
+        vertices,
         triangles,
         edges,
         triangle_edges: sides,

@@ -16,7 +16,7 @@ use crate::sites::{Breakpoints, divide_curves, free_sites};
 use crate::sizing::{refine, wanted_lengths};
 use crate::split_mesh::SplitMesh;
 use crate::stars::Drawing;
-use crate::{cut, detect, input, stars};
+use crate::{cut, detect, input, stars, tidy};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -184,10 +184,15 @@ pub fn build_base(
             *path = vertices;
         }
     }
+    let number = tidy::tidy(&mut surface, mesh.positions.len(), &work.peaks, monitor)?;
+    tidy::split_chords(&mut surface);
+    let renumbered = |vertices: &[u32]| vertices.iter().map(|&v| number[v as usize]).collect::<Vec<u32>>();
+    report.sites = renumbered(&report.sites);
+    report.inserted = renumbered(&report.inserted);
     for (v, position) in surface.mesh.positions.iter_mut().enumerate() {
         *position = mesh.positions.get(v).copied().unwrap_or_else(|| placement.to_scene(*position));
     }
-    let base = assemble(dual, &pieces, &work.peaks, surface)?;
+    let base = assemble(dual, &pieces, renumbered(&work.peaks), surface)?;
     clock.lap(&mut report, "cut");
     Ok(Built { base, report, fieldwork: work })
 }

@@ -66,27 +66,25 @@ impl Network {
         Ok(())
     }
 
-    /// Takes the sharpest bend of a path, again and again.
+    /// Cuts the bends of a path one after the other, going back where a cut has changed the bend before it.
     fn shorten_path(&mut self, triangulation: &mut Intrinsic, path: usize) -> bool {
-        let mut changed = false;
-        loop {
-            let mut bends: Vec<(f64, usize, bool)> = Vec::new();
-            for k in 1..self.paths[path].len() {
-                let (out, back) = self.joint(triangulation, path, k);
-                for (left, [start, end]) in [(true, [out, back]), (false, [back, out])] {
-                    let angle = wedge_angle(triangulation, start, end);
-                    if angle < PI - STRAIGHT {
-                        bends.push((angle, k, left));
-                    }
-                }
+        let (mut changed, mut k) = (false, 1);
+        while k < self.paths[path].len() {
+            let (out, back) = self.joint(triangulation, path, k);
+            let mut bends = [(true, out, back), (false, back, out)]
+                .map(|(left, start, end)| (wedge_angle(triangulation, start, end), left));
+            if bends[1].0 < bends[0].0 {
+                bends.swap(0, 1);
             }
-            bends.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            // One change renumbers the joints behind it.
-            if !bends.iter().any(|&(_, k, left)| self.cut_bend(triangulation, path, k, left)) {
-                return changed;
+            let bent = |&&(angle, _): &&(f64, bool)| angle < PI - STRAIGHT;
+            if bends.iter().filter(bent).any(|&(_, left)| self.cut_bend(triangulation, path, k, left)) {
+                changed = true;
+                k = (k - 1).max(1);
+            } else {
+                k += 1;
             }
-            changed = true;
         }
+        changed
     }
 
     /// At joint `k` of a path: the half-edge that leaves, and the one that leads back.
