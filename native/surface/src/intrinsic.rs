@@ -310,3 +310,7 @@ fn located(crossed: &[(u32, u32, DVec2, DVec2)], end: DVec2) -> Vec<Crossing> {
         })
         .collect()
 }
+
+#[cfg(test)]
+#[path = "intrinsic_tests.rs"]
+mod tests;
