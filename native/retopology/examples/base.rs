@@ -31,7 +31,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!(
         "{:22} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>7}  stages",
-        "file", "verts", "marked", "curves", "fixed", "sites", "added", "rounds", "tris", "cut", "least", "median", "seconds"
+        "file",
+        "verts",
+        "marked",
+        "curves",
+        "fixed",
+        "sites",
+        "added",
+        "rounds",
+        "tris",
+        "cut",
+        "least",
+        "median",
+        "seconds"
     );
     for file in files {
         let name = file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());

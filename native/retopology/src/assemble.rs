@@ -97,6 +97,8 @@ fn find_owners(base: &mut Base) -> Result<(), RetopologyError> {
     }
     corners.sort_unstable();
     corners.dedup();
-    corners.iter().for_each(|&(t, _)| euler[t as usize] += 1);
+    for &(t, _) in &corners {
+        euler[t as usize] += 1;
+    }
     if euler.iter().all(|&e| e == 1) { Ok(()) } else { Err(broken("a base triangle is no disk")) }
 }

@@ -229,7 +229,9 @@ impl Straightened {
                 reason: "a path leaves the surface",
             })?;
             if piece.is_some() {
-                half_edges.iter().for_each(|&h| fixed[h as usize] = true);
+                for &h in &half_edges {
+                    fixed[h as usize] = true;
+                }
                 paths.push(Vec::new());
             } else {
                 paths.push(half_edges);
@@ -294,14 +296,18 @@ impl Fieldwork {
         let mut prescribed = vec![false; mesh.positions.len()];
         let mut fixed = vec![false; refined_topology.len()];
         for chain in &network.chains {
-            chain.vertices.iter().for_each(|&v| prescribed[v as usize] = true);
+            for &v in &chain.vertices {
+                prescribed[v as usize] = true;
+            }
             for pair in chain.walk().collect::<Vec<_>>().windows(2) {
                 if let Some(h) = mesh.find(pair[0], pair[1]) {
                     fixed[h as usize] = true;
                 }
             }
         }
-        peaks.iter().for_each(|&v| prescribed[v as usize] = true);
+        for &v in &peaks {
+            prescribed[v as usize] = true;
+        }
         let weights = cotangent_weights(&refined, &refined_topology, &fixed, monitor)?;
         let mut first: Vec<Addition> =
             peaks.iter().map(|&vertex| Addition { vertex, hat: vec![(vertex, 1.0)] }).collect();
@@ -348,7 +354,10 @@ impl Fieldwork {
             }
             // At the latest when every vertex is a base vertex there is no flaw left.
             if flaws.iter().any(|v| self.peaks.contains(v)) {
-                return Err(RetopologyError::Internal { stage: "triangulating", reason: "a base vertex was added twice" });
+                return Err(RetopologyError::Internal {
+                    stage: "triangulating",
+                    reason: "a base vertex was added twice",
+                });
             }
             report.rounds += 1;
             report.inserted.extend(&flaws);

@@ -84,7 +84,9 @@ pub fn network(
         .filter(|&v| !is_corner[v as usize] && neighbours[v as usize].len() == 2)
         .filter(|&v| turns_sharply(mesh, &neighbours, &is_corner, v, corner_angle))
         .collect();
-    turns.iter().for_each(|&v| is_corner[v as usize] = true);
+    for &v in &turns {
+        is_corner[v as usize] = true;
+    }
 
     let mut left = edges;
     let mut chains = Vec::new();
@@ -145,7 +147,8 @@ fn walk(
     let mut vertices = vec![start, second];
     let (mut before, mut at) = (start, second);
     while !is_corner[at as usize] && at != start {
-        let next = if neighbours[at as usize][0] == before { neighbours[at as usize][1] } else { neighbours[at as usize][0] };
+        let next =
+            if neighbours[at as usize][0] == before { neighbours[at as usize][1] } else { neighbours[at as usize][0] };
         left.remove(&sorted(at, next));
         vertices.push(next);
         (before, at) = (at, next);

@@ -76,9 +76,8 @@ fn check_edges(mesh: &TriangleMesh) -> Result<(), RetopologyError> {
     let (mut crowded, mut misoriented) = (Vec::new(), Vec::new());
     for edge in sides.chunk_by(|a, b| a.0 == b.0) {
         match edge {
-            [_] => {}
             [a, b] if a.1 == b.1 => misoriented.push(a.0),
-            [_, _] => {}
+            [_] | [_, _] => {}
             _ => crowded.push(edge[0].0),
         }
     }
@@ -104,16 +103,17 @@ fn check_fans(mesh: &TriangleMesh, topology: &Topology) -> Result<(), Retopology
 /// The surface moved into a box of diagonal 1 about the origin. Unused vertices are put at the origin.
 pub fn normalised(mesh: &TriangleMesh) -> (TriangleMesh, Placement) {
     let mut used = vec![false; mesh.positions.len()];
-    mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    for &v in mesh.triangles.iter().flatten() {
+        used[v as usize] = true;
+    }
     let bounds = Aabb::of(mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]));
     let origin = bounds.low.midpoint(bounds.high);
     // Halved and divided first: the box of a huge mesh may be wider than the largest number, and squares overflow sooner.
     let half = bounds.high / 2.0 - bounds.low / 2.0;
     let longest = half.max_element();
     let scale = if longest > 0.0 { 2.0 * longest * (half / longest).length() } else { 1.0 };
-    let positions = mesh.positions.iter().zip(&used).map(|(&p, &used)| {
-        if used { (p - origin) / scale } else { DVec3::ZERO }
-    });
+    let positions =
+        mesh.positions.iter().zip(&used).map(|(&p, &used)| if used { (p - origin) / scale } else { DVec3::ZERO });
     (TriangleMesh { positions: positions.collect(), triangles: mesh.triangles.clone() }, Placement { origin, scale })
 }
 

@@ -89,10 +89,14 @@ pub fn draw(
     let mut taken = vec![false; mesh.positions.len()];
     let mut taken_edges = Set::default();
     for piece in pieces {
-        piece.vertices.iter().for_each(|&v| taken[v as usize] = true);
+        for &v in &piece.vertices {
+            taken[v as usize] = true;
+        }
         taken_edges.extend(piece.vertices.windows(2).map(|pair| sorted(pair[0], pair[1])));
     }
-    peaks.iter().for_each(|&v| taken[v as usize] = true);
+    for &v in peaks {
+        taken[v as usize] = true;
+    }
     // Where the two fields are largest, the arc is nearest to both base vertices. Ends, since splits renumber half-edges.
     let best_crossing = |arc: &crate::cells::CellArc| {
         let height = |h: u32| {
@@ -138,8 +142,10 @@ pub fn draw(
     Ok(stars)
 }
 
-const BROKEN: RetopologyError =
-    RetopologyError::Internal { stage: "drawing base edges", reason: "a base vertex cannot be reached within its cell" };
+const BROKEN: RetopologyError = RetopologyError::Internal {
+    stage: "drawing base edges",
+    reason: "a base vertex cannot be reached within its cell",
+};
 
 impl Drawing {
     /// Draws the path of an edge anew, between other ends, through the two base triangles that it divides now.
@@ -156,7 +162,9 @@ impl Drawing {
             open.extend([h / 3, self.mesh.twin[h as usize] / 3]);
             self.taken_edges.remove(&sorted(pair[0], pair[1]));
         }
-        old[1..old.len() - 1].iter().for_each(|&v| self.taken[v as usize] = false);
+        for &v in &old[1..old.len() - 1] {
+            self.taken[v as usize] = false;
+        }
         while let Some(t) = open.pop() {
             if region.insert(t) {
                 for h in 3 * t..3 * t + 3 {
@@ -270,7 +278,9 @@ impl Drawing {
         for pair in path.windows(2) {
             self.taken_edges.insert(sorted(pair[0], pair[1]));
         }
-        path.iter().for_each(|&v| self.taken[v as usize] = true);
+        for &v in &path {
+            self.taken[v as usize] = true;
+        }
         Some(path)
     }
 

@@ -64,7 +64,9 @@ impl Merging {
         let topology = mesh::Topology::of_triangles(&surface.mesh);
         let n = surface.mesh.positions.len();
         let mut fixed: Vec<bool> = (0..n).map(|v| v < inputs || topology.is_border_vertex(v as u32)).collect();
-        keep.iter().for_each(|&v| fixed[v as usize] = true);
+        for &v in keep {
+            fixed[v as usize] = true;
+        }
         let (mut path, mut along, mut ends) = (vec![NONE; n], vec![[NONE; 2]; n], Vec::new());
         for (k, line) in surface.paths.iter().enumerate() {
             for triple in line.windows(3) {
@@ -146,7 +148,8 @@ impl Merging {
                 return false;
             }
         }
-        let old = star.iter().map(|&h| shape([at(v), at(self.to(h)), at(self.origin[prev(h) as usize])])).fold(1.0, f64::min);
+        let old =
+            star.iter().map(|&h| shape([at(v), at(self.to(h)), at(self.origin[prev(h) as usize])])).fold(1.0, f64::min);
         let mut best = (old.min(FAIR), NONE);
         for &h in &star {
             let w = self.to(h);
@@ -260,7 +263,9 @@ impl Merging {
         surface.mesh = TriangleMesh { positions, triangles };
         for path in &mut surface.paths {
             path.retain(|&v| !self.gone[v as usize]);
-            path.iter_mut().for_each(|v| *v = number[*v as usize]);
+            for v in path.iter_mut() {
+                *v = number[*v as usize];
+            }
         }
         number
     }
@@ -273,8 +278,12 @@ pub fn split_chords(surface: &mut CutSurface) {
     let (mut through, mut from) = (vec![NONE; n], vec![Vec::new(); n]);
     let mut side = BTreeSet::new();
     for (k, path) in surface.paths.iter().enumerate() {
-        path[1..path.len() - 1].iter().for_each(|&v| through[v as usize] = k as u32);
-        [path[0], path[path.len() - 1]].iter().for_each(|&v| from[v as usize].push(k as u32));
+        for &v in &path[1..path.len() - 1] {
+            through[v as usize] = k as u32;
+        }
+        for v in [path[0], path[path.len() - 1]] {
+            from[v as usize].push(k as u32);
+        }
         side.extend(path.windows(2).map(|pair| mesh::sorted(pair[0], pair[1])));
     }
     let one_side = |a: u32, b: u32| {

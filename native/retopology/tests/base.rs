@@ -41,7 +41,10 @@ fn judge(mesh: &PolygonMesh, features: &Features, base: &Base) -> Result<(), Str
 
 /// The cut surface is the input, divided.
 fn judge_surface(input: &TriangleMesh, base: &Base) -> Result<(), String> {
-    check(base.surface.positions[..input.positions.len()] == input.positions[..], "input vertices stay where they are")?;
+    check(
+        base.surface.positions[..input.positions.len()] == input.positions[..],
+        "input vertices stay where they are",
+    )?;
     let area = |mesh: &TriangleMesh, t: usize| mesh.area_normal(t).length() / 2.0;
     let mut of_source = vec![0.0; input.triangles.len()];
     for (t, &source) in base.source.iter().enumerate() {
@@ -115,17 +118,14 @@ fn judge_regions(base: &Base) -> Result<(), String> {
 }
 
 /// Marked and border edges lie on base edges, marked vertices are base vertices.
-fn judge_features(
-    input: &TriangleMesh,
-    features: &Features,
-    base: &Base,
-    inner: &BTreeSet<u32>,
-) -> Result<(), String> {
+fn judge_features(input: &TriangleMesh, features: &Features, base: &Base, inner: &BTreeSet<u32>) -> Result<(), String> {
     let at = |v: u32| base.surface.positions[v as usize];
     let mut marked: BTreeSet<[u32; 2]> = features.edges.iter().map(|&[a, b]| sorted(a, b)).collect();
     let mut sides = BTreeMap::<[u32; 2], u32>::new();
     for &[a, b, c] in &input.triangles {
-        [[a, b], [b, c], [c, a]].iter().for_each(|&[a, b]| *sides.entry(sorted(a, b)).or_default() += 1);
+        for &[a, b] in &[[a, b], [b, c], [c, a]] {
+            *sides.entry(sorted(a, b)).or_default() += 1;
+        }
     }
     marked.extend(sides.into_iter().filter(|&(_, count)| count == 1).map(|(edge, _)| edge));
     let corners: BTreeSet<u32> = base.vertices.iter().copied().collect();
@@ -324,7 +324,8 @@ fn random_shape(kind: u32, n: i32, random: &mut Random) -> PolygonMesh {
         let all = (1..columns - 1).step_by(2).flat_map(|x| (1..rows - 1).step_by(2).map(move |y| (x, y)));
         all.filter(|_| random.unit() < 0.7).collect()
     };
-    let far = |mesh: PolygonMesh, x: f64| mesh.with_positions(mesh.positions.iter().map(|p| *p + DVec3::X * x).collect());
+    let far =
+        |mesh: PolygonMesh, x: f64| mesh.with_positions(mesh.positions.iter().map(|p| *p + DVec3::X * x).collect());
     match kind {
         0 => shapes::sphere(2 * n as u32 + 1),
         1 => shapes::torus(1.0, random.between(0.1, 0.8), 5 + random.index(30) as u32, 4 + random.index(12) as u32),

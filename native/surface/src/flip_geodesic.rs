@@ -199,7 +199,8 @@ mod tests {
         let place = |x: f64, y: f64| if x == 5.0 { DVec3::new(5.0, y, 0.0) } else { flat(x, y) };
         let mesh = grid(10, 8, |x, y| fold(place(x, y)));
         let at = |x: u32, y: u32| 11 * y + x;
-        let detour: Vec<u32> = (2..=7).map(|y| at(2, y)).chain((3..=8).map(|x| at(x, 7))).chain((3..7).rev().map(|y| at(8, y))).collect();
+        let detour: Vec<u32> =
+            (2..=7).map(|y| at(2, y)).chain((3..=8).map(|x| at(x, 7))).chain((3..7).rev().map(|y| at(8, y))).collect();
         let (triangulation, paths) = shortened(&mesh, &[detour], &[]);
         let straight = place(2.0, 2.0).distance(place(8.0, 3.0));
         assert!((length(&triangulation, &paths[0]) - straight).abs() < 1e-9);
@@ -213,7 +214,9 @@ mod tests {
         // A curve stands in the way of two paths that go round it.
         let mut fixed = vec![false; topology.len()];
         let wall: Vec<u32> = (0..=4).map(|y| at(5, y)).collect();
-        half_edges(&topology, &wall).into_iter().for_each(|h| fixed[h as usize] = true);
+        for h in half_edges(&topology, &wall) {
+            fixed[h as usize] = true;
+        }
         let around = |top: u32, x: u32| -> Vec<u32> {
             let up = (1..=top).map(|y| at(x, y));
             let over = (x + 1..=10 - x).map(|x| at(x, top));

@@ -65,11 +65,8 @@ fn crossings_are_those_of_the_plane_after_many_flips() {
     // Every surface edge is found, with its crossings in order and in place.
     let arcs = triangulation.arcs();
     for arc in &arcs {
-        let mut expected: Vec<f64> = triangulation
-            .surface_edges()
-            .iter()
-            .filter_map(|e| crossing(arc.ends.map(at), e.map(at)))
-            .collect();
+        let mut expected: Vec<f64> =
+            triangulation.surface_edges().iter().filter_map(|e| crossing(arc.ends.map(at), e.map(at))).collect();
         expected.sort_by(f64::total_cmp);
         assert_eq!(arc.crossings.len(), expected.len());
         for (found, expected) in arc.crossings.iter().zip(expected) {
@@ -105,7 +102,9 @@ fn delaunay_flips_leave_no_opposite_angles_beyond_pi_but_on_fixed_edges() {
     let mesh = grid(12, 9, |x, y| DVec3::new(x + 2.3 * y, 0.4 * y, (0.4 * x).sin()));
     let mut triangulation = of(&mesh);
     let mut fixed = vec![false; triangulation.length.len()];
-    (0..fixed.len()).step_by(11).for_each(|e| fixed[e] = true);
+    for e in (0..fixed.len()).step_by(11) {
+        fixed[e] = true;
+    }
     let before = triangulation.length.clone();
     triangulation.make_delaunay(&fixed, &Monitor::new()).unwrap();
     let mut flipped = 0;
