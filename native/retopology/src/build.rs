@@ -27,6 +27,9 @@ use surface::laplacian::cotangent_weights;
 /// Rounds of flipping base edges by their lengths and drawing them anew.
 const FLIP_ROUNDS: usize = 3;
 
+/// Base vertices added in one round keep this far apart, in wanted edge lengths.
+const SPACING: f64 = 0.3;
+
 /// How coarse the base is and where its corners are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaseOptions {
@@ -106,6 +109,8 @@ pub struct Fieldwork {
     pub fields: Fields,
     /// The base vertices.
     pub peaks: Vec<u32>,
+    /// Wanted base edge length at each vertex.
+    pub wanted: Vec<f64>,
     /// For each chain, where its breakpoints are and which base vertices they are.
     breakpoints: Vec<Vec<(usize, u32)>>,
 }
@@ -322,7 +327,7 @@ impl Fieldwork {
         let groups = Groups::new(&mesh, &metric, &seeds, peaks.len());
         let fields = Fields::new(&weights, prescribed, first, groups, monitor)?;
         clock.lap(report, "fields");
-        Ok(Self { mesh, metric, network, fields, peaks, breakpoints })
+        Ok(Self { mesh, metric, network, fields, peaks, wanted: sizing.wanted, breakpoints })
     }
 
     /// Adds base vertices until the dual of the cells is a triangulation of the surface.
@@ -359,11 +364,25 @@ impl Fieldwork {
                     reason: "a base vertex was added twice",
                 });
             }
+            let flaws = self.spaced(flaws);
             report.rounds += 1;
             report.inserted.extend(&flaws);
             let additions: Vec<Addition> = flaws.iter().map(|&v| self.addition(v, chain_of[v as usize])).collect();
             self.fields.add(&additions, monitor)?;
         }
+    }
+
+    /// Leaves out vertices close to earlier ones: one addition often mends what lies around, and the next round tells.
+    fn spaced(&self, vertices: Vec<u32>) -> Vec<u32> {
+        let mut kept: Vec<u32> = Vec::with_capacity(vertices.len());
+        for v in vertices {
+            let at = |v: u32| self.mesh.positions[v as usize];
+            let room = SPACING * self.wanted[v as usize];
+            if kept.iter().all(|&w| at(v).distance(at(w)) > room) {
+                kept.push(v);
+            }
+        }
+        kept
     }
 
     /// Makes `vertex` a base vertex; `place` is its chain, if any, and its index there.
