@@ -17,7 +17,7 @@ use crate::error::LayoutError;
 use crate::measures::Measures;
 use crate::patch::Patch;
 use crate::templates::{Chosen, TemplateError};
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::{Monitor, NONE};
 use quadrangulate::Filler;
 use quadrangulate::quantise::{self, Layout, MOST, SubSide, quantise_instantly};

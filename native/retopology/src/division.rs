@@ -7,7 +7,7 @@
 
 use crate::base::Base;
 use crate::rails::Rails;
-use glam::DVec3;
+use mesh::DVec3;
 use surface::smooth_star::Polyline;
 
 /// A vertex on a bend of more than this stays there while quads are smoothed: 12 degrees.

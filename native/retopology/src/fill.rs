@@ -11,7 +11,7 @@ use crate::measures::Measures;
 use crate::patch::Patch;
 use crate::rails::Rails;
 use crate::templates::{Chosen, TemplateError};
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::Monitor;
 use quadrangulate::{DiskSurface, Filler, PatchTopology, PlaceError, place};
 use rayon::prelude::*;

@@ -5,7 +5,7 @@
 
 use crate::base::Base;
 use crate::error::LayoutError;
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::NONE;
 use solve::components::connected_components;
 use std::f64::consts::{FRAC_PI_2, TAU};

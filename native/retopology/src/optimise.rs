@@ -9,7 +9,7 @@
 
 use crate::error::LayoutError;
 use crate::surfaces::Chart;
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::Monitor;
 use rayon::prelude::*;
 use solve::cholesky::Factor;

@@ -311,7 +311,7 @@ impl Work<'_> {
         for (quad, &c) in self.filled.quads.iter().zip(&self.chart_of_quad) {
             quad.iter().for_each(|&v| chart[v as usize] = c);
         }
-        let find = |(&p, &c): (&glam::DVec3, &u32)| {
+        let find = |(&p, &c): (&mesh::DVec3, &u32)| {
             let found = self.charts[c as usize].find(p);
             let triangle = self.base.source.get(found.triangle as usize).copied().unwrap_or(NONE);
             SourcePoint { triangle, surface_triangle: found.triangle, barycentric: found.barycentric }
@@ -331,7 +331,7 @@ impl SourcePoint {
         if squared <= 0.0 {
             return [1.0, 0.0, 0.0];
         }
-        let part = |from: glam::DVec3, to: glam::DVec3| (from - point).cross(to - point).dot(normal).max(0.0) / squared;
+        let part = |from: mesh::DVec3, to: mesh::DVec3| (from - point).cross(to - point).dot(normal).max(0.0) / squared;
         let weights = [part(b, c), part(c, a), part(a, b)];
         let sum = weights.iter().sum::<f64>();
         weights.map(|w| w / sum)

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::test_bases::{all, base, frame, octahedron};
-use glam::DVec3;
+use mesh::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
 use testkit::{oracle, shapes};
 

@@ -2,7 +2,7 @@
 
 use crate::base::Base;
 use crate::measures::Measures;
-use glam::DVec3;
+use mesh::DVec3;
 use std::f64::consts::PI;
 use surface::smooth_star::Polyline;
 

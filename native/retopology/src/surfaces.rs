@@ -4,7 +4,7 @@
 
 use crate::base::Base;
 use crate::measures::Measures;
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::{NONE, TriangleMesh};
 use rayon::prelude::*;
 use solve::components::connected_components;
