@@ -85,7 +85,9 @@ impl CustomPattern {
         let mut counts = vec![0; self.pattern.sides.len()];
         for ends in self.ends.iter().filter(|ends| !ends.is_empty()) {
             let mean = ends.iter().map(|&side| share(side)).sum::<f64>() / ends.len() as f64;
-            ends.iter().for_each(|&side| counts[side] += mean.round().max(1.0) as u32);
+            for &side in ends {
+                counts[side] += mean.round().max(1.0) as u32;
+            }
         }
         counts
     }

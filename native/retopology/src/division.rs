@@ -112,7 +112,9 @@ pub(crate) fn divide(base: &Base, rails: &Rails, even: &dyn Fn(u32) -> Vec<f64>,
             if !step.forward {
                 own.reverse();
                 inner.reverse();
-                inner.iter_mut().for_each(|a| *a = length - *a);
+                for a in &mut inner {
+                    *a = length - *a;
+                }
             }
             points.extend(&own[usize::from(!points.is_empty())..]);
             wanted.extend(inner.iter().map(|a| start + a));

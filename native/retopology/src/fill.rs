@@ -5,12 +5,13 @@
 //! no other.
 
 use crate::base::Base;
+use crate::density::Counts;
 use crate::division;
 use crate::error::LayoutError;
 use crate::measures::Measures;
-use crate::patch::Patch;
+use crate::patch::{Patch, Plan};
 use crate::rails::Rails;
-use crate::templates::{Chosen, TemplateError};
+use crate::templates::TemplateError;
 use mesh::DVec3;
 use mesh::Monitor;
 use quadrangulate::{DiskSurface, Filler, PatchTopology, PlaceError, place};
@@ -44,19 +45,17 @@ pub(crate) struct Filled {
 
 /// Fills all patches with the given counts along base edges.
 pub(crate) fn fill(
-    base: &Base,
-    measures: &Measures,
-    patches: &[Patch],
-    counts: &[u32],
-    size: &[f64],
+    plan: Plan<'_>,
+    counts: &Counts,
     topologies: &[PatchTopology],
     rails: &Rails,
-    edge_length: f64,
     monitor: &Monitor,
 ) -> Result<Filled, LayoutError> {
+    let Plan { base, measures, patches, size, .. } = plan;
+    let Counts { of_edge: counts, edge_length } = counts;
     let mut filled = Filled::default();
     let arcs = |e: u32| divide_evenly(base, &base.edges[e as usize].path, counts[e as usize], size);
-    let division = division::divide(base, rails, &arcs, edge_length);
+    let division = division::divide(base, rails, &arcs, *edge_length);
     for (v, &at) in base.vertices.iter().enumerate() {
         filled.positions.push(division.of_vertex[v].unwrap_or(base.surface.positions[at as usize]));
         filled.stays.push(division.vertex_stays[v]);
@@ -110,13 +109,8 @@ pub(crate) fn fill(
 }
 
 /// The best filling of each patch for these counts.
-pub(crate) fn topologies(
-    base: &Base,
-    patches: &[Patch],
-    templates: &[Chosen],
-    counts: &[u32],
-    monitor: &Monitor,
-) -> Result<Vec<PatchTopology>, LayoutError> {
+pub(crate) fn topologies(plan: Plan<'_>, counts: &[u32], monitor: &Monitor) -> Result<Vec<PatchTopology>, LayoutError> {
+    let Plan { base, patches, templates, .. } = plan;
     let mut filler = Filler::new();
     let mut all = Vec::with_capacity(patches.len());
     for (index, patch) in patches.iter().enumerate() {

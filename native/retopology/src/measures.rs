@@ -83,7 +83,9 @@ impl Measures {
         if let Some(index) = pieces.iter().position(Vec::is_empty) {
             return Err(bad("triangle", index, "no surface triangle belongs to it"));
         }
-        normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+        for n in &mut normals {
+            *n = n.normalize_or_zero();
+        }
 
         // Corners on both sides of an edge that may go belong to one sector.
         let joined = (0..twins.len() as u32).filter(|&h| twins[h as usize] != NONE).filter_map(|h| {
@@ -94,7 +96,9 @@ impl Measures {
         let vertex = |c: Corner| base.triangles[c as usize / 3][c as usize % 3];
         let mut ends = vec![0; base.vertices.len()];
         for (edge, _) in base.edges.iter().zip(&rails).filter(|(_, rail)| **rail) {
-            edge.ends.iter().for_each(|&v| ends[v as usize] += 1);
+            for &v in &edge.ends {
+                ends[v as usize] += 1;
+            }
         }
         let mut sectors: Vec<Sector> = Vec::with_capacity(groups.len());
         for corners in groups {
@@ -102,7 +106,9 @@ impl Measures {
             let total: f64 = corners.iter().map(|&c| angles[c as usize]).sum();
             // One feature that ends here, or none, leaves a full turn, however pointed the surface.
             if ends[vertex as usize] < 2 && total > 0.0 {
-                corners.iter().for_each(|&c| angles[c as usize] *= TAU / total);
+                for &c in &corners {
+                    angles[c as usize] *= TAU / total;
+                }
             }
             let total: f64 = corners.iter().map(|&c| angles[c as usize]).sum();
             sectors.push(Sector { vertex, corners, ideal: (total / FRAC_PI_2).max(1.0) });
@@ -110,7 +116,9 @@ impl Measures {
         sectors.sort_by_key(|sector| (sector.vertex, sector.corners[0]));
         let mut sector_of = vec![0; 3 * count];
         for (index, sector) in sectors.iter().enumerate() {
-            sector.corners.iter().for_each(|&c| sector_of[c as usize] = index as u32);
+            for &c in &sector.corners {
+                sector_of[c as usize] = index as u32;
+            }
         }
         Ok(Self { angles, areas, normals, twins, rails, sectors, sector_of, pieces })
     }

@@ -71,12 +71,16 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
         return Ok(());
     }
     let mut slot = vec![usize::MAX; positions.len()];
-    unknown.iter().enumerate().for_each(|(i, &v)| slot[v] = i);
+    for (i, &v) in unknown.iter().enumerate() {
+        slot[v] = i;
+    }
     let hold: Vec<f64> =
         unknown.iter().map(|&v| if shape.constraints[v] == Constraint::Free { HOLD } else { HOLD_ON_RAIL }).collect();
     let mut chart = vec![0; positions.len()];
     for (quad, &c) in shape.quads.iter().zip(shape.chart_of) {
-        quad.iter().for_each(|&v| chart[v as usize] = c);
+        for &v in quad {
+            chart[v as usize] = c;
+        }
     }
     // |x_i - mean - target|² over the corners of a quad: 3/4 on the diagonal, -1/4 elsewhere.
     let mut triplets: Vec<(usize, usize, f64)> = hold.iter().enumerate().map(|(i, &w)| (i, i, w)).collect();
@@ -93,7 +97,9 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
     let factor = Factor::new(unknown.len(), &triplets)?;
     let mut around = vec![Vec::new(); positions.len()];
     for (q, quad) in shape.quads.iter().enumerate() {
-        quad.iter().for_each(|&v| around[v as usize].push(q as u32));
+        for &v in quad {
+            around[v as usize].push(q as u32);
+        }
     }
     for _ in 0..rounds {
         monitor.check()?;

@@ -250,7 +250,7 @@ fn inner_pairs<'a>(base: &'a Base, measures: &'a Measures, group: &'a [u32]) -> 
     group.iter().flat_map(|&t| 3 * t..3 * t + 3).filter_map(move |h| {
         let twin = measures.twins[h as usize];
         let rail = measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
-        (twin != NONE && twin > h && !rail && group.contains(&(twin / 3))).then(|| [h / 3, twin / 3])
+        (twin != NONE && twin > h && !rail && group.contains(&(twin / 3))).then_some([h / 3, twin / 3])
     })
 }
 
@@ -344,11 +344,15 @@ mod tests {
         for (c, choice) in choices.iter().enumerate() {
             let own = &choice.triangles;
             if own.contains(&(t as u32)) && own.iter().all(|&t| bare[t as usize]) {
-                own.iter().for_each(|&t| bare[t as usize] = false);
+                for &t in own {
+                    bare[t as usize] = false;
+                }
                 taken.push(c);
                 best = best.min(least(choices, goals, taken, bare));
                 taken.pop();
-                own.iter().for_each(|&t| bare[t as usize] = true);
+                for &t in own {
+                    bare[t as usize] = true;
+                }
             }
         }
         best

@@ -22,7 +22,9 @@ pub(crate) fn base(mesh: &PolygonMesh, n: u32, crease: f64, shape: &dyn Fn(DVec3
     let mut sides = vec![Vec::new(); base.edges.len()];
     for (t, edges) in base.triangle_edges.iter().enumerate() {
         let p = base.triangles[t].map(|v| base.surface.positions[v as usize]);
-        edges.iter().for_each(|&e| sides[e as usize].push((p[1] - p[0]).cross(p[2] - p[0])));
+        for &e in edges {
+            sides[e as usize].push((p[1] - p[0]).cross(p[2] - p[0]));
+        }
     }
     for (e, sides) in sides.iter().enumerate() {
         base.edges[e].feature = (sides.len() < 2 || sides[0].angle_between(sides[1]) > crease).then_some(e as u32);
