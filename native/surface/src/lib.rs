@@ -3,7 +3,10 @@
 pub mod closest;
 pub mod cross_field;
 mod editable;
+pub mod flip_geodesic;
 pub mod geodesic;
+pub mod intrinsic;
+pub mod laplacian;
 pub mod parametrize;
 pub mod remesh;
 pub mod resample;

@@ -2,6 +2,7 @@
 //!
 //! Test code may panic: a broken fixture is a broken test. Oracles share no code with what they judge.
 
+pub mod coarse;
 pub mod dodecagonal;
 mod fixture;
 pub mod obj;

@@ -5,7 +5,7 @@ use super::{Layout, Norm, Options};
 /// The energy of counts, by parts. Each part carries its weight already.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy {
-    /// alpha times the deviations of the free sub-sides from their ideal (equation 1; fixed ones cannot deviate less).
+    /// alpha times the weighted deviations of the free sub-sides from their ideal (equation 1; fixed ones cannot deviate less).
     pub isometry: f64,
     /// 1 - alpha times the deviations between opposite sides of four-sided patches (equation 4).
     pub regularity: f64,
@@ -67,7 +67,9 @@ impl Penalties {
         let penalty = |part, weight, terms, target| Penalty { part, weight, terms, target, norm: options.norm };
         let free = (0..).zip(&layout.sub_sides).filter(|(_, sub_side)| sub_side.fixed.is_none());
         let mut all: Vec<Penalty> = free
-            .map(|(index, sub_side)| penalty(Part::Isometry, options.alpha, vec![(index, 1)], sub_side.ideal))
+            .map(|(index, sub_side)| {
+                penalty(Part::Isometry, options.alpha * sub_side.weight, vec![(index, 1)], sub_side.ideal)
+            })
             .collect();
         let regularity = 1.0 - options.alpha;
         for patch in &layout.patches {

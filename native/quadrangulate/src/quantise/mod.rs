@@ -35,6 +35,9 @@ pub struct SubSide {
     pub ideal: f64,
     /// The count that a bordering quad mesh demands, if one does; from 1 to [`MOST`].
     pub fixed: Option<u32>,
+    /// How much its deviation counts beside that of others: 1 for an ordinary one, more for one that stands for several
+    /// sub-sides tied together. Finite and positive.
+    pub weight: f64,
 }
 
 /// A disk with corners.
@@ -166,7 +169,7 @@ pub enum QuantiseError {
 /// ```
 /// use quadrangulate::quantise::{Layout, Options, Patch, SubSide, quantise};
 /// // A rectangle of 3.2 x 2.1 edges whose first side must have 5 edges.
-/// let side = |ideal, fixed| SubSide { ideal, fixed };
+/// let side = |ideal, fixed| SubSide { ideal, fixed, weight: 1.0 };
 /// let layout = Layout {
 ///     sub_sides: vec![side(3.2, Some(5)), side(2.1, None), side(3.2, None), side(2.1, None)],
 ///     patches: vec![Patch { sides: vec![vec![0], vec![1], vec![2], vec![3]] }],
@@ -218,6 +221,9 @@ fn check(layout: &Layout, options: &Options) -> Result<(), QuantiseError> {
                 sub_side,
                 reason: "its ideal count must be finite and from 0 to 2^20",
             });
+        }
+        if !(given.weight > 0.0 && given.weight.is_finite()) {
+            return Err(QuantiseError::BadSubSide { sub_side, reason: "its weight must be finite and positive" });
         }
         if given.fixed.is_some_and(|count| count == 0 || count > MOST) {
             return Err(QuantiseError::BadSubSide { sub_side, reason: "its fixed count must be from 1 to 2^20" });

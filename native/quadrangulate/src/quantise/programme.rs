@@ -6,7 +6,7 @@ use solve::{CancelCheck, SolveError};
 
 use super::energy::Penalties;
 use super::instant::relax;
-use super::{Layout, MOST, Norm, Options, users};
+use super::{Layout, MOST, Norm, Options, SubSide, users};
 
 /// Values on either side of the relaxed optimum that get unit steps at first.
 const WINDOW: i64 = 2;
@@ -76,13 +76,16 @@ fn solve_component(
     concerned.dedup();
     let known: f64 = concerned.iter().map(|&index| penalties.all[index].cost(penalties.all[index].value(counts))).sum();
     // No count of a better solution costs more in isometry alone than the known solution costs altogether.
-    let share = known / options.alpha + LEAST_REACH;
-    let reach = if options.norm == Norm::Squared { share.sqrt() } else { share };
+    let reach = |weight: f64| {
+        let share = known / (options.alpha * weight) + LEAST_REACH;
+        if options.norm == Norm::Squared { share.sqrt() } else { share }
+    };
 
     let mut programme = Programme::new();
     let mut variables: Vec<Option<Variable>> = vec![None; counts.len()];
     for &sub_side in &component.free {
-        let ideal = layout.sub_sides[sub_side as usize].ideal;
+        let SubSide { ideal, weight, .. } = layout.sub_sides[sub_side as usize];
+        let reach = reach(weight);
         // The count at hand is kept possible where rounding errors and the limits of counts meet.
         let count = counts[sub_side as usize];
         let low = ((ideal - reach).ceil().max(1.0) as i32).min(count as i32);

@@ -23,7 +23,7 @@ fn energy(layout: &Layout, options: &Options, counts: &[u32]) -> f64 {
     let mut total = 0.0;
     for (sub_side, &count) in layout.sub_sides.iter().zip(counts) {
         if sub_side.fixed.is_none() {
-            total += options.alpha * measure(f64::from(count) - sub_side.ideal);
+            total += options.alpha * sub_side.weight * measure(f64::from(count) - sub_side.ideal);
         }
     }
     for (patch, given) in layout.patches.iter().enumerate() {
@@ -51,7 +51,7 @@ fn feasible(layout: &Layout, counts: &[u32]) -> bool {
 
 /// Small layouts: sides of patches filled with sub-sides at random, each used at most twice, at most four of them free.
 fn small_layout() -> impl Strategy<Value = Layout> {
-    let sub_side = (0.3..4.5f64, 1u32..5);
+    let sub_side = (0.3..4.5f64, 1u32..5, 0.5..3.0f64);
     let shape = prop::collection::vec((2usize..7, prop::collection::vec(0usize..64, 12)), 1..4);
     (prop::collection::vec(sub_side, 24), shape, 0usize..5).prop_map(|(given, shapes, free)| {
         let mut layout = Layout::default();
@@ -84,6 +84,7 @@ fn small_layout() -> impl Strategy<Value = Layout> {
             .map(|i| SubSide {
                 ideal: given[i].0,
                 fixed: (i % stride != 0 || i / stride >= free).then_some(given[i].1),
+                weight: given[i].2,
             })
             .collect();
         layout
@@ -147,7 +148,7 @@ fn grid(width: usize, junctions: bool, seed: u64) -> Layout {
     let mut add = |on_border: bool, scale: f64| {
         let ideal = scale * (1.5 + 6.0 * random());
         let fixed = (on_border && random() < 0.33).then(|| ideal.round().max(1.0) as u32);
-        layout.sub_sides.push(SubSide { ideal, fixed });
+        layout.sub_sides.push(SubSide { ideal, fixed, weight: 1.0 });
         layout.sub_sides.len() as u32 - 1
     };
     let split = |row: usize| if junctions && row % 2 == 1 { 2 } else { 1 };
@@ -225,11 +226,11 @@ fn a_node_limit_still_gives_counts() {
 }
 
 fn fixed(count: u32) -> SubSide {
-    SubSide { ideal: f64::from(count), fixed: Some(count) }
+    SubSide { ideal: f64::from(count), fixed: Some(count), weight: 1.0 }
 }
 
 fn free(ideal: f64) -> SubSide {
-    SubSide { ideal, fixed: None }
+    SubSide { ideal, fixed: None, weight: 1.0 }
 }
 
 fn patch(sides: &[&[u32]]) -> Patch {

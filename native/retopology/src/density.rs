@@ -1,0 +1,595 @@
+//! How many quads go along each base edge.
+//!
+//! The paper samples every template alike; measured, one even count misses the target by up to half and squeezes short
+//! edges. Here each edge has its own count, for the edge length wanted there:
+//!
+//! 1. Opposite sides of four-sided patches that are one base edge each form chords: lines that cross patch after patch.
+//!    A chord with one count leaves all its patches regular. It is cut where the lengths along it differ so much that
+//!    two irregular vertices (what a patch with unequal opposite sides needs, however unequal) are worth less than the
+//!    quads they save from distortion. The best cuts of a chord are found exactly, by dynamic programming over its edges.
+//! 2. The pieces are the unknowns of [`quadrangulate::quantise`], each at the mean logarithm of its lengths, with even sums
+//!    round every patch that is not crossed by whole pieces on all sides.
+//! 3. The edge length is searched for until the quads number what was asked; single pieces then make up the rest.
+
+use crate::base::Base;
+use crate::division::least_parts;
+use crate::error::LayoutError;
+use crate::patch::{Patch, Plan};
+use crate::templates::{Chosen, TemplateError};
+use mesh::DVec3;
+use mesh::{Monitor, NONE};
+use quadrangulate::Filler;
+use quadrangulate::quantise::{self, Layout, MOST, SubSide, quantise_instantly};
+use solve::components::connected_components;
+
+/// Rounds of the search for the edge length.
+const SEARCH_ROUNDS: usize = 14;
+/// The search ends when the quads are within this fraction of the target.
+const CLOSE_ENOUGH: f64 = 0.004;
+/// Weight of the condition that lets a three- or five-sided patch do with one irregular vertex, per squared miss.
+const PATTERN_WEIGHT: f64 = 2.0;
+/// How far the chords of a bent feature may leave it, in edge lengths, before it gets more edges; and how much more its wishes
+/// count than those of others then.
+const CHORD_ERROR: f64 = 0.035;
+const BENT_WEIGHT: f64 = 8.0;
+/// Chords are cut after all when whole ones miss the target by more than this fraction, at this price.
+const MOST_MISS: f64 = 0.02;
+const CUTTING: f64 = 200.0;
+/// Changes of single pieces to make up the rest.
+const MOST_CHANGES: usize = 40;
+
+/// How large quads shall be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Size {
+    /// So many quads on the whole surface, at least 1.
+    TargetFaces(usize),
+    /// Edges of this length, scene units, where the density is 1.
+    EdgeLength(f64),
+}
+
+/// Counts and what they give.
+#[derive(Debug)]
+pub(crate) struct Counts {
+    /// Quads along each base edge; 0 for edges inside patches.
+    pub of_edge: Vec<u32>,
+    /// The edge length aimed at, scene units.
+    pub edge_length: f64,
+}
+
+/// Everything but the edge length.
+struct Sides<'a> {
+    base: &'a Base,
+    patches: &'a [Patch],
+    templates: &'a [Chosen],
+    /// The one or two pieces of chords whose counts add up to each base edge's; [`NONE`] for none.
+    parts: Vec<[u32; 2]>,
+    /// For each piece the mean logarithm of its lengths, and the area beside it over the squared length.
+    ideals: Vec<(f64, f64)>,
+    /// Pieces round each patch that whole pieces do not make even by themselves; `sub_sides` still empty.
+    layout: Layout,
+    /// Whether a piece occurs in `layout`.
+    bound: Vec<bool>,
+}
+
+/// Relative edge lengths at the vertices of the surface from those at its first vertices; the others take the mean of
+/// their neighbours.
+pub(crate) fn spread(base: &Base, given: &[f64]) -> Result<Vec<f64>, LayoutError> {
+    if given.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
+        return Err(LayoutError::BadOption { option: "density", expected: "positive and finite at every vertex" });
+    }
+    let mut size = vec![0.0; base.surface.positions.len()];
+    if given.is_empty() {
+        size.fill(1.0);
+        return Ok(size);
+    }
+    if given.len() > size.len() {
+        return Err(LayoutError::BadOption { option: "density", expected: "one value for each input vertex" });
+    }
+    size[..given.len()].copy_from_slice(given);
+    // A vertex added by a cut has input vertices near it: few rounds are needed.
+    loop {
+        let mut sums = vec![(0.0, 0); size.len()];
+        for t in &base.surface.triangles {
+            for k in 0..3 {
+                let (v, w) = (t[k] as usize, t[(k + 1) % 3] as usize);
+                for (v, w) in [(v, w), (w, v)] {
+                    if size[v] == 0.0 && size[w] > 0.0 {
+                        sums[v] = (sums[v].0 + size[w], sums[v].1 + 1);
+                    }
+                }
+            }
+        }
+        let mut changed = false;
+        for (size, (sum, count)) in size.iter_mut().zip(sums).filter(|(_, (_, count))| *count > 0) {
+            *size = sum / f64::from(count);
+            changed = true;
+        }
+        if !changed {
+            break;
+        }
+    }
+    // Vertices of no triangle.
+    size.iter_mut().filter(|s| **s == 0.0).for_each(|s| *s = 1.0);
+    Ok(size)
+}
+
+/// Counts for all base edges. `irregularity` is what a patch with unequal opposite sides costs, in quads stretched by e.
+pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &Monitor) -> Result<Counts, LayoutError> {
+    let Plan { base, size, .. } = plan;
+    let area = scaled_area(base, size);
+    let start = match wanted {
+        Size::EdgeLength(h) if h > 0.0 && h.is_finite() => h,
+        Size::EdgeLength(_) => return Err(LayoutError::BadOption { option: "edge length", expected: "positive" }),
+        Size::TargetFaces(0) => return Err(LayoutError::BadOption { option: "target faces", expected: "at least 1" }),
+        Size::TargetFaces(faces) => (area / faces as f64).sqrt(),
+    };
+    let sides = Sides::new(plan, start, irregularity);
+    let mut filler = Filler::new();
+    let mut counts = sides.solve(start, monitor)?;
+    let mut edge_length = start;
+    if let Size::TargetFaces(faces) = wanted {
+        let target = faces as f64;
+        let miss = |found: f64| (found / target).ln().abs();
+        let mut found = sides.faces(&counts, &mut filler)?;
+        let mut best = miss(found);
+        let (mut coarse, mut fine): (Option<f64>, Option<f64>) = (None, None);
+        let mut h = start;
+        for _ in 0..SEARCH_ROUNDS {
+            if best < CLOSE_ENOUGH {
+                break;
+            }
+            if found > target {
+                fine = Some(h);
+            } else {
+                coarse = Some(h);
+            }
+            h = match (fine, coarse) {
+                (Some(fine), Some(coarse)) => (fine * coarse).sqrt(),
+                _ => h * (found / target).sqrt().clamp(0.25, 4.0) * if found > target { 1.02 } else { 0.98 },
+            };
+            let next = sides.solve(h, monitor)?;
+            found = sides.faces(&next, &mut filler)?;
+            if miss(found) < best {
+                (best, counts, edge_length) = (miss(found), next, h);
+            }
+        }
+        sides.make_up(&mut counts, target, edge_length, &mut filler, monitor)?;
+    }
+    if let Size::TargetFaces(faces) = wanted
+        && irregularity.is_infinite()
+        && (sides.faces(&counts, &mut filler)? / faces as f64 - 1.0).abs() > MOST_MISS
+    {
+        // One chord that winds over most of the surface leaves too few numbers of quads to choose from: cut it.
+        return count(plan, wanted, CUTTING, monitor);
+    }
+    let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
+    Ok(Counts { of_edge, edge_length })
+}
+
+/// Area of the surface in units of the relative size there.
+fn scaled_area(base: &Base, size: &[f64]) -> f64 {
+    let mean = |t: &[u32; 3]| t.iter().map(|&v| size[v as usize]).sum::<f64>() / 3.0;
+    let triangles = base.surface.triangles.iter().enumerate();
+    triangles.map(|(i, t)| base.surface.area_normal(i).length() / 2.0 / mean(t).powi(2)).sum()
+}
+
+impl<'a> Sides<'a> {
+    fn new(plan: Plan<'a>, h: f64, irregularity: f64) -> Self {
+        let Plan { base, measures, patches, templates, size } = plan;
+        let at = |v: u32| base.surface.positions[v as usize];
+        let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
+        let mut lengths: Vec<f64> =
+            base.edges.iter().map(|e| e.path.windows(2).map(step).sum::<f64>().max(1e-6 * h)).collect();
+        let edge_of = |corner: u32| base.triangle_edges[corner as usize / 3][corner as usize % 3];
+        let mut areas = vec![0.0; base.edges.len()];
+        let mut links: Vec<Vec<u32>> = vec![Vec::new(); base.edges.len()];
+        for patch in patches {
+            let area: f64 = patch.triangles.iter().map(|&t| measures.areas[t as usize]).sum();
+            let mean_size = patch.border.iter().map(|&c| {
+                let e = &base.edges[edge_of(c) as usize].path;
+                size[e[e.len() / 2] as usize]
+            });
+            let mean_size = mean_size.sum::<f64>() / patch.border.len() as f64;
+            for &corner in &patch.border {
+                areas[edge_of(corner) as usize] += area / mean_size.powi(2) / 2.0;
+            }
+            for (a, b) in opposite(patch).map(|(a, b)| (edge_of(a), edge_of(b))) {
+                if a != b {
+                    links[a as usize].push(b);
+                    links[b as usize].push(a);
+                }
+            }
+        }
+        // Bent features need more edges than their length says, and will have them before others have theirs.
+        let mut bent = vec![false; base.edges.len()];
+        for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
+            let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
+            let wanted = f64::from(least_parts(&points, CHORD_ERROR * h)) * h;
+            bent[e] = wanted > 1.05 * lengths[e];
+            lengths[e] = lengths[e].max(wanted);
+        }
+        let mut sides = Self {
+            base,
+            patches,
+            templates,
+            parts: vec![[NONE; 2]; base.edges.len()],
+            ideals: Vec::new(),
+            layout: Layout::default(),
+            bound: Vec::new(),
+        };
+        if irregularity.is_infinite() && templates.is_empty() {
+            sides.conform(&lengths, &areas);
+            return sides;
+        }
+        for chord in chords(&links, &areas) {
+            let term = |&e: &u32| {
+                let e = e as usize;
+                Term { weight: areas[e] / (h * h), value: lengths[e].ln(), least: bent[e] }
+            };
+            let terms: Vec<Term> = chord.edges.iter().map(term).collect();
+            for piece in cut(&terms, chord.closed, irregularity) {
+                let mut run = Run::default();
+                for &i in &piece {
+                    run.add(&terms[i]);
+                    sides.parts[chord.edges[i] as usize][0] = sides.ideals.len() as u32;
+                }
+                let urgency = if run.value() > run.mean() { BENT_WEIGHT } else { 1.0 };
+                sides.ideals.push((run.value(), run.weight * h * h * urgency));
+            }
+        }
+        sides.bind();
+        sides
+    }
+
+    /// The first piece of a half-edge's base edge.
+    fn piece(&self, corner: u32) -> u32 {
+        self.parts[self.edge(corner) as usize][0]
+    }
+
+    fn edge(&self, corner: u32) -> u32 {
+        self.base.triangle_edges[corner as usize / 3][corner as usize % 3]
+    }
+
+    /// Quads along a base edge.
+    fn along(&self, edge: u32, counts: &[u32]) -> u32 {
+        self.parts[edge as usize].iter().filter(|&&piece| piece != NONE).map(|&piece| counts[piece as usize]).sum()
+    }
+
+    /// Pieces for the coarsest layout: no chord is cut, and patches of other than four sides are seen as divided into quads from
+    /// their middle, so that the chords of the halves of their sides go on through them. Any counts of these fit everywhere, and
+    /// all irregular vertices lie on few lines.
+    fn conform(&mut self, lengths: &[f64], areas: &[f64]) {
+        // Halves are numbered 2 e and 2 e + 1 along base edge e.
+        let half = |sides: &Self, corner: u32, second: bool| {
+            let edge = sides.edge(corner);
+            let forward = sides.base.edges[edge as usize].ends[0]
+                == sides.base.triangles[corner as usize / 3][corner as usize % 3];
+            2 * edge + u32::from(second == forward)
+        };
+        let mut joined = Vec::new();
+        let mut divided = vec![false; 2 * lengths.len()];
+        for patch in self.patches {
+            let n = patch.border.len();
+            for (i, &corner) in patch.border.iter().enumerate() {
+                let across = patch.border[(i + 2) % n];
+                joined.push((half(self, corner, true), half(self, across, false)));
+                if n == 4 {
+                    joined.push((half(self, corner, false), half(self, across, true)));
+                } else {
+                    divided[half(self, corner, true) as usize] = true;
+                    divided[half(self, corner, false) as usize] = true;
+                }
+            }
+        }
+        for class in connected_components(2 * lengths.len(), joined) {
+            let halved = class.iter().any(|&half| divided[half as usize]);
+            let mut run = Run::default();
+            for &half in &class {
+                let e = half as usize / 2;
+                if areas[e] > 0.0 {
+                    let part = if halved { 0.5 } else { 1.0 };
+                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least: false });
+                }
+            }
+            // Where nothing divides the sides one count for both halves will do.
+            let fresh = class.iter().any(|&half| self.parts[half as usize / 2][0] == NONE);
+            if run.weight <= 0.0 || !(halved || fresh) {
+                continue;
+            }
+            let piece = self.ideals.len() as u32;
+            for &half in &class {
+                let parts = &mut self.parts[half as usize / 2];
+                if halved {
+                    parts[half as usize % 2] = piece;
+                } else {
+                    *parts = [piece, NONE];
+                }
+            }
+            self.ideals.push((run.mean(), run.weight));
+        }
+        self.bound = vec![false; self.ideals.len()];
+    }
+
+    /// Fills in the patches of the quantisation.
+    fn bind(&mut self) {
+        let mut dummies = self.ideals.len() as u32;
+        for patch in self.patches.iter().filter(|patch| patch.template.is_none()) {
+            let pieces: Vec<Vec<u32>> =
+                patch.sides().map(|side| side.iter().map(|&c| self.piece(c)).collect()).collect();
+            let equal = |k: usize| pieces.len() == 4 && pieces[k] == pieces[k + 2] && pieces[k].len() == 1;
+            let cut = |k: usize| !equal(k) && pieces[k].len() == 1 && pieces[k + 2].len() == 1;
+            let sides = match (equal(0), equal(1)) {
+                (true, true) => continue,
+                (false, false) => pieces.clone(),
+                (first, _) => {
+                    let k = usize::from(first);
+                    if cut(k) {
+                        // Where a chord was cut nothing is gained by nearly equal sides.
+                        vec![pieces[k].clone(), pieces[k + 2].clone()]
+                    } else {
+                        // Two sub-sides of one edge each stand for the sides that are equal anyway.
+                        dummies += 2;
+                        vec![pieces[k].clone(), vec![dummies - 2], pieces[k + 2].clone(), vec![dummies - 1]]
+                    }
+                }
+            };
+            self.layout.patches.push(quantise::Patch { sides });
+        }
+        self.bound = vec![false; self.ideals.len()];
+        for &piece in self.layout.patches.iter().flat_map(|p| p.sides.iter().flatten()) {
+            if let Some(bound) = self.bound.get_mut(piece as usize) {
+                *bound = true;
+            }
+        }
+    }
+    /// Counts of all pieces for an edge length.
+    fn solve(&self, h: f64, monitor: &Monitor) -> Result<Vec<u32>, LayoutError> {
+        monitor.check()?;
+        let mut layout = self.layout.clone();
+        let used =
+            layout.patches.iter().flat_map(|p| p.sides.iter().flatten()).max().map_or(0, |&last| last as usize + 1);
+        for &(mean, area) in &self.ideals {
+            let ideal = (mean.exp() / h).min(f64::from(MOST));
+            // Near the ideal the stretched area, area x ln(n / ideal)², is this times the squared deviation.
+            let weight = (area / (h * h) / ideal.max(0.5).powi(2)).clamp(1e-6, 1e6);
+            layout.sub_sides.push(SubSide { ideal, fixed: None, weight });
+        }
+        // The sides of a template have the counts that it can have.
+        for patch in self.patches {
+            let Some(template) = patch.template.map(|index| &self.templates[index]) else { continue };
+            let pieces: Vec<u32> = patch.border.iter().map(|&c| self.piece(c)).collect();
+            let wanted: Vec<f64> = pieces.iter().map(|&piece| layout.sub_sides[piece as usize].ideal).collect();
+            for (&piece, count) in pieces.iter().zip(template.pattern.nearest_counts(&wanted)) {
+                let fixed = &mut layout.sub_sides[piece as usize].fixed;
+                if fixed.is_some_and(|other| other != count) {
+                    return Err(TemplateError::DoesNotFit { edge: template.edge }.into());
+                }
+                *fixed = Some(count);
+            }
+        }
+        layout.sub_sides.resize(used.max(self.ideals.len()), SubSide { ideal: 1.0, fixed: Some(1), weight: 1.0 });
+        let options = quantise::Options { pattern_weight: PATTERN_WEIGHT, ..quantise::Options::default() };
+        let mut counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
+        counts.truncate(self.ideals.len());
+        Ok(counts)
+    }
+
+    /// Counts of the sides of a patch.
+    fn sides_of(&self, patch: &Patch, counts: &[u32]) -> Vec<u32> {
+        patch.sides().map(|side| side.iter().map(|&c| self.along(self.edge(c), counts)).sum()).collect()
+    }
+
+    /// Quads that the filled patches will have.
+    fn faces(&self, counts: &[u32], filler: &mut Filler) -> Result<f64, LayoutError> {
+        let mut faces = 0.0;
+        for (index, patch) in self.patches.iter().enumerate() {
+            faces += self.faces_of(index, patch, counts, filler)?;
+        }
+        Ok(faces)
+    }
+
+    fn faces_of(&self, index: usize, patch: &Patch, counts: &[u32], filler: &mut Filler) -> Result<f64, LayoutError> {
+        let sides = self.sides_of(patch, counts);
+        if let Some(template) = patch.template.map(|index| &self.templates[index]) {
+            let filled = template.pattern.fill(&sides);
+            return Ok(filled.ok_or(TemplateError::DoesNotFit { edge: template.edge })?.quads.len() as f64);
+        }
+        Ok(match sides[..] {
+            [a, b, c, d] if a == c && b == d => f64::from(a) * f64::from(b),
+            _ => filler.fill(&sides).map_err(|source| LayoutError::Fill { patch: index, source })?.quads.len() as f64,
+        })
+    }
+
+    /// Changes single pieces, those first that are best changed, until no change brings the quads nearer to the target.
+    fn make_up(
+        &self,
+        counts: &mut [u32],
+        target: f64,
+        h: f64,
+        filler: &mut Filler,
+        monitor: &Monitor,
+    ) -> Result<(), LayoutError> {
+        let mut touched = vec![Vec::new(); counts.len()];
+        for (index, patch) in self.patches.iter().enumerate() {
+            for &corner in &patch.border {
+                for &piece in self.parts[self.edge(corner) as usize].iter().filter(|&&piece| piece != NONE) {
+                    let list: &mut Vec<usize> = &mut touched[piece as usize];
+                    if list.last() != Some(&index) {
+                        list.push(index);
+                    }
+                }
+            }
+        }
+        let mut held = vec![false; counts.len()];
+        for patch in self.patches.iter().filter(|patch| patch.template.is_some()) {
+            patch.border.iter().for_each(|&c| held[self.piece(c) as usize] = true);
+        }
+        let mut faces = self.faces(counts, filler)?;
+        for _ in 0..MOST_CHANGES {
+            monitor.check()?;
+            if (faces / target - 1.0).abs() < CLOSE_ENOUGH {
+                break;
+            }
+            let mut best: Option<(f64, usize, u32, f64)> = None;
+            for piece in (0..counts.len()).filter(|&piece| !held[piece]) {
+                let step = if self.bound[piece] { 2 } else { 1 };
+                let old = counts[piece];
+                let new = if faces < target { old + step } else { old.saturating_sub(step) };
+                // Two keep every pattern possible where pieces are not halves.
+                if new < step || new == old {
+                    continue;
+                }
+                let list = &touched[piece];
+                let sum = |counts: &[u32], filler: &mut Filler| -> Result<f64, LayoutError> {
+                    list.iter().map(|&p| self.faces_of(p, &self.patches[p], counts, filler)).sum()
+                };
+                let before = sum(counts, filler)?;
+                counts[piece] = new;
+                let after = sum(counts, filler)?;
+                counts[piece] = old;
+                let reached = faces + after - before;
+                if (reached - target).abs() >= (faces - target).abs() {
+                    continue;
+                }
+                let (mean, area) = self.ideals[piece];
+                let stretch = |n: u32| (f64::from(n) * h / mean.exp()).ln().powi(2) * area / (h * h);
+                let gained = (faces - target).abs() - (reached - target).abs();
+                let price = (stretch(new) - stretch(old)) / gained;
+                if best.is_none_or(|b| price < b.0) {
+                    best = Some((price, piece, new, reached));
+                }
+            }
+            let Some((_, piece, new, reached)) = best else { break };
+            counts[piece] = new;
+            faces = reached;
+        }
+        Ok(())
+    }
+}
+
+/// Pairs of opposite sides of a four-sided patch that are one half-edge each.
+fn opposite(patch: &Patch) -> impl Iterator<Item = (u32, u32)> + '_ {
+    let sides: Vec<&[u32]> = patch.sides().collect();
+    let pairs = if sides.len() == 4 && patch.template.is_none() {
+        vec![(sides[0], sides[2]), (sides[1], sides[3])]
+    } else {
+        vec![]
+    };
+    pairs.into_iter().filter_map(|(a, b)| match (a, b) {
+        (&[a], &[b]) => Some((a, b)),
+        _ => None,
+    })
+}
+
+/// Base edges in the order in which a chord crosses them.
+struct Chord {
+    edges: Vec<u32>,
+    /// Whether the last is linked to the first.
+    closed: bool,
+}
+
+/// Walks the links: paths from their ends, then cycles. Edges inside patches belong to no chord.
+fn chords(links: &[Vec<u32>], areas: &[f64]) -> Vec<Chord> {
+    let mut seen: Vec<bool> = areas.iter().map(|&area| area <= 0.0).collect();
+    let mut chords = Vec::new();
+    for ends in [true, false] {
+        for start in 0..links.len() {
+            if seen[start] || (ends && links[start].len() > 1) {
+                continue;
+            }
+            let mut edges = Vec::new();
+            let mut at = Some(start as u32);
+            while let Some(edge) = at {
+                seen[edge as usize] = true;
+                edges.push(edge);
+                at = links[edge as usize].iter().copied().find(|&next| !seen[next as usize]);
+            }
+            chords.push(Chord { closed: !ends && edges.len() > 1, edges });
+        }
+    }
+    chords
+}
+
+/// An edge that a chord crosses.
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    weight: f64,
+    value: f64,
+    /// Whether the value is the least that will do.
+    least: bool,
+}
+
+/// Sums over a run of terms that get one value.
+#[derive(Debug, Clone, Copy, Default)]
+struct Run {
+    weight: f64,
+    first: f64,
+    second: f64,
+    least: Option<f64>,
+}
+
+impl Run {
+    fn add(&mut self, term: &Term) {
+        self.weight += term.weight;
+        self.first += term.weight * term.value;
+        self.second += term.weight * term.value * term.value;
+        if term.least {
+            self.least = Some(self.least.map_or(term.value, |least| least.max(term.value)));
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        if self.weight > 0.0 { self.first / self.weight } else { 0.0 }
+    }
+
+    /// The mean, or the greatest of the least values where that is more.
+    fn value(&self) -> f64 {
+        self.least.map_or(self.mean(), |least| least.max(self.mean()))
+    }
+
+    /// The weighted squared deviations from it.
+    fn spread(&self) -> f64 {
+        let value = self.value();
+        (self.second - 2.0 * value * self.first + value * value * self.weight).max(0.0)
+    }
+}
+
+/// Splits a row into runs that get one value each: least sum of their spreads plus `price` for each split. A closed row
+/// may be split between its ends too. Exact for open rows, O(n²); a closed row is opened at its widest gap.
+fn cut(terms: &[Term], closed: bool, price: f64) -> Vec<Vec<usize>> {
+    let n = terms.len();
+    let turn = if closed {
+        let gap = |i: usize| (terms[i].value - terms[(i + n - 1) % n].value).abs();
+        (0..n).fold(0, |best, i| if gap(i) > gap(best) { i } else { best })
+    } else {
+        0
+    };
+    let order: Vec<usize> = (0..n).map(|i| (i + turn) % n).collect();
+    let mut best: Vec<(f64, usize)> = vec![(0.0, 0)];
+    for to in 1..=n {
+        let mut run = Run::default();
+        let mut found = (f64::INFINITY, 0);
+        for from in (0..to).rev() {
+            run.add(&terms[order[from]]);
+            // Opening a closed row is a split too, unless it stays whole.
+            let split = if from > 0 || (closed && to < n) { price } else { 0.0 };
+            let cost = best[from].0 + run.spread() + split;
+            if cost < found.0 {
+                found = (cost, from);
+            }
+        }
+        best.push(found);
+    }
+    let (mut runs, mut to) = (Vec::new(), n);
+    while to > 0 {
+        let from = best[to].1;
+        runs.push(order[from..to].to_vec());
+        to = from;
+    }
+    runs.reverse();
+    runs
+}
+
+#[cfg(test)]
+#[path = "density_tests.rs"]
+mod tests;

@@ -1,0 +1,249 @@
+//! Marked edges and vertices become a network: chains between corners, closed curves, single points.
+//!
+//! Daniels et al. 2011, section 4.1, take disjoint curves that meet at end points only. Here any set of edges is such a
+//! network once it is cut at its corners, so features never cross: where they meet there is a corner.
+
+use crate::base_error::RetopologyError;
+use mesh::{DVec3, NONE, Topology, TriangleMesh, sorted};
+use std::collections::BTreeMap;
+
+/// What the artist marked. Borders of the surface are features without being marked.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Marked edges as vertex pairs.
+    pub edges: Vec<[u32; 2]>,
+    /// Marked vertices: each becomes a base vertex.
+    pub vertices: Vec<u32>,
+}
+
+/// A curve of the network.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Chain {
+    /// Its vertices in order. An open chain runs from corner to corner, both included, which may be the same vertex; a
+    /// closed one names each vertex once and has no corner.
+    pub vertices: Vec<u32>,
+    /// True for a closed curve without a corner.
+    pub closed: bool,
+    /// True when it lies on a border of the surface.
+    pub border: bool,
+}
+
+impl Chain {
+    /// Its vertices with the first repeated at the end of a closed curve.
+    pub fn walk(&self) -> impl Iterator<Item = u32> + '_ {
+        self.vertices.iter().copied().chain(self.closed.then(|| self.vertices[0]))
+    }
+}
+
+/// The marked network.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Network {
+    /// Curves; every marked or border edge is in exactly one of them.
+    pub chains: Vec<Chain>,
+    /// Vertices where curves end or turn sharply, ascending.
+    pub corners: Vec<u32>,
+    /// Marked vertices off the curves, ascending.
+    pub points: Vec<u32>,
+}
+
+/// Builds the network. A vertex is a corner when other than two features meet there, when it is marked, or when the curve
+/// turns by more than `corner_angle` (radians) both between its two edges and between the chords over two edges on either
+/// side, so that the zigzag of a curve over a triangle mesh is none. O(n log n).
+///
+/// # Errors
+/// [`RetopologyError::FeatureOffSurface`], [`RetopologyError::FeatureRepeated`], [`RetopologyError::VertexOffSurface`].
+pub fn network(
+    mesh: &TriangleMesh,
+    topology: &Topology,
+    features: &Features,
+    corner_angle: f64,
+) -> Result<Network, RetopologyError> {
+    let edges = feature_edges(topology, features)?;
+    let unused = |v: u32| topology.outgoing.get(v as usize).is_none_or(|&h| h == NONE);
+    let lost: Vec<u32> =
+        (0..features.vertices.len() as u32).filter(|&k| unused(features.vertices[k as usize])).collect();
+    if !lost.is_empty() {
+        return Err(RetopologyError::VertexOffSurface { features: lost });
+    }
+    let mut neighbours = vec![Vec::new(); mesh.positions.len()];
+    for &[a, b] in edges.keys() {
+        neighbours[a as usize].push(b);
+        neighbours[b as usize].push(a);
+    }
+    let mut is_corner: Vec<bool> = neighbours.iter().map(|around| !matches!(around.len(), 0 | 2)).collect();
+    let mut points: Vec<u32> = Vec::new();
+    for &v in &features.vertices {
+        is_corner[v as usize] = !neighbours[v as usize].is_empty();
+        if neighbours[v as usize].is_empty() {
+            points.push(v);
+        }
+    }
+    points.sort_unstable();
+    points.dedup();
+    let turns: Vec<u32> = (0..mesh.positions.len() as u32)
+        .filter(|&v| !is_corner[v as usize] && neighbours[v as usize].len() == 2)
+        .filter(|&v| turns_sharply(mesh, &neighbours, &is_corner, v, corner_angle))
+        .collect();
+    for &v in &turns {
+        is_corner[v as usize] = true;
+    }
+
+    let mut left = edges;
+    let mut chains = Vec::new();
+    let starts = (0..mesh.positions.len() as u32).filter(|&v| is_corner[v as usize]);
+    for start in starts {
+        for &second in &neighbours[start as usize] {
+            if let Some(border) = left.remove(&sorted(start, second)) {
+                let vertices = walk(&neighbours, &is_corner, &mut left, start, second);
+                chains.push(Chain { vertices, closed: false, border });
+            }
+        }
+    }
+    while let Some((&[start, second], &border)) = left.first_key_value() {
+        left.remove(&[start, second]);
+        let mut vertices = walk(&neighbours, &is_corner, &mut left, start, second);
+        vertices.pop();
+        chains.push(Chain { vertices, closed: true, border });
+    }
+    let corners = (0..mesh.positions.len() as u32).filter(|&v| is_corner[v as usize]).collect();
+    Ok(Network { chains, corners, points })
+}
+
+/// Marked and border edges, and whether each is a border.
+fn feature_edges(topology: &Topology, features: &Features) -> Result<BTreeMap<[u32; 2], bool>, RetopologyError> {
+    let (mut edges, mut off, mut repeated) = (BTreeMap::new(), Vec::new(), Vec::new());
+    for (k, &[a, b]) in features.edges.iter().enumerate() {
+        let on = |v: u32| (v as usize) < topology.outgoing.len();
+        let found = (on(a) && on(b) && a != b).then(|| topology.find(a, b).or_else(|| topology.find(b, a))).flatten();
+        match found {
+            None => off.push(k as u32),
+            Some(h) => {
+                if edges.insert(sorted(a, b), topology.is_border(h)).is_some() {
+                    repeated.push(k as u32);
+                }
+            }
+        }
+    }
+    if !off.is_empty() {
+        return Err(RetopologyError::FeatureOffSurface { features: off });
+    }
+    if !repeated.is_empty() {
+        return Err(RetopologyError::FeatureRepeated { features: repeated });
+    }
+    for h in (0..topology.len() as u32).filter(|&h| topology.is_border(h)) {
+        edges.insert(sorted(topology.from(h), topology.to(h)), true);
+    }
+    Ok(edges)
+}
+
+/// Follows a curve from `start` over `second` to the next corner or back to `start`.
+fn walk(
+    neighbours: &[Vec<u32>],
+    is_corner: &[bool],
+    left: &mut BTreeMap<[u32; 2], bool>,
+    start: u32,
+    second: u32,
+) -> Vec<u32> {
+    let mut vertices = vec![start, second];
+    let (mut before, mut at) = (start, second);
+    while !is_corner[at as usize] && at != start {
+        let next =
+            if neighbours[at as usize][0] == before { neighbours[at as usize][1] } else { neighbours[at as usize][0] };
+        left.remove(&sorted(at, next));
+        vertices.push(next);
+        (before, at) = (at, next);
+    }
+    vertices
+}
+
+fn turns_sharply(mesh: &TriangleMesh, neighbours: &[Vec<u32>], is_corner: &[bool], v: u32, limit: f64) -> bool {
+    let at = |v: u32| mesh.positions[v as usize];
+    let &[a, b] = &neighbours[v as usize][..] else { return false };
+    let beyond = |first: u32| {
+        if is_corner[first as usize] {
+            return first;
+        }
+        neighbours[first as usize].iter().copied().find(|&w| w != v).unwrap_or(first)
+    };
+    let turn = |p: DVec3, q: DVec3| (at(v) - p).angle_between(q - at(v));
+    let sharp = |angle: f64| angle > limit;
+    sharp(turn(at(a), at(b))) && sharp(turn(at(beyond(a)), at(beyond(b))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A flat grid of `n` by `n` squares; vertex (i, j) is `i * (n + 1) + j`.
+    fn grid(n: u32) -> (TriangleMesh, Topology) {
+        let (mesh, _) = TriangleMesh::from_polygons(&testkit::shapes::sheet(n, n));
+        let topology = Topology::of_triangles(&mesh);
+        (mesh, topology)
+    }
+
+    fn marked(path: &[u32]) -> Features {
+        Features { edges: path.windows(2).map(|p| [p[0], p[1]]).collect(), vertices: vec![] }
+    }
+
+    fn of(n: u32, features: &Features) -> Result<Network, RetopologyError> {
+        let (mesh, topology) = grid(n);
+        network(&mesh, &topology, features, 50_f64.to_radians())
+    }
+
+    #[test]
+    fn a_border_has_chains_between_its_corners() {
+        let found = of(3, &Features::default()).unwrap();
+        assert_eq!(found.corners, [0, 3, 12, 15]);
+        assert!(found.chains.iter().all(|chain| chain.border && !chain.closed && chain.vertices.len() == 4));
+        assert_eq!(found.chains.len(), 4);
+    }
+
+    #[test]
+    fn a_path_from_border_to_inside_has_corners_where_it_starts_ends_and_turns() {
+        // From the border vertex (0, 2) three steps in, then three along, on a grid of 7.
+        let at = |i: u32, j: u32| i * 8 + j;
+        let path = [at(0, 2), at(1, 2), at(2, 2), at(3, 2), at(3, 3), at(3, 4), at(3, 5)];
+        let found = of(7, &marked(&path)).unwrap();
+        let inner: Vec<u32> = found.corners.iter().copied().filter(|v| path.contains(v)).collect();
+        assert_eq!(inner, [at(0, 2), at(3, 2), at(3, 5)]);
+        let inner: Vec<&Chain> = found.chains.iter().filter(|chain| !chain.border).collect();
+        assert_eq!(inner.len(), 2);
+        assert_eq!(inner[0].vertices, path[..4]);
+        assert_eq!(inner[1].vertices, path[3..]);
+    }
+
+    #[test]
+    fn a_zigzag_has_no_corners_and_a_ring_is_closed() {
+        let at = |i: u32, j: u32| i * 10 + j;
+        let zigzag: Vec<u32> = (2..6).flat_map(|k| [at(k, k), at(k, k + 1)]).collect();
+        let found = of(9, &marked(&zigzag)).unwrap();
+        assert_eq!(found.corners.iter().filter(|v| zigzag.contains(v)).count(), 2, "its ends");
+        // An octagon, its corners cut by the diagonals of the grid's squares or by two of its edges.
+        let (mesh, topology) = grid(9);
+        let ring = [at(3, 2), at(4, 2), at(5, 3), at(5, 4), at(4, 4), at(3, 3), at(3, 2)];
+        let found = network(&mesh, &topology, &marked(&ring), 3.0).unwrap();
+        let closed: Vec<&Chain> = found.chains.iter().filter(|chain| chain.closed && !chain.border).collect();
+        assert_eq!(closed.len(), 1);
+        assert_eq!(closed[0].vertices.iter().collect::<std::collections::BTreeSet<_>>().len(), 6);
+        assert_eq!(closed[0].walk().count(), 7);
+    }
+
+    #[test]
+    fn marked_vertices_are_corners_or_points() {
+        let features = Features { edges: vec![], vertices: vec![1, 5, 5] };
+        let found = of(3, &features).unwrap();
+        assert_eq!(found.points, [5]);
+        assert_eq!(found.corners, [0, 1, 3, 12, 15]);
+    }
+
+    #[test]
+    fn what_is_no_feature_is_named() {
+        let refused = |edges: &[[u32; 2]], vertices: &[u32]| {
+            of(3, &Features { edges: edges.to_vec(), vertices: vertices.to_vec() }).unwrap_err()
+        };
+        let off = RetopologyError::FeatureOffSurface { features: vec![1, 2, 3] };
+        assert_eq!(refused(&[[0, 1], [0, 10], [4, 4], [99, 0]], &[]), off);
+        assert_eq!(refused(&[[0, 1], [1, 2], [1, 0]], &[]), RetopologyError::FeatureRepeated { features: vec![2] });
+        assert_eq!(refused(&[], &[3, 16]), RetopologyError::VertexOffSurface { features: vec![1] });
+    }
+}

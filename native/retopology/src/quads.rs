@@ -1,0 +1,338 @@
+//! From a base triangulation to quads: sections 5 and 6 in one call.
+
+use crate::base::Base;
+use crate::density::{self, Size};
+use crate::error::LayoutError;
+use crate::fill::{self, Filled, Place};
+use crate::measures::Measures;
+use crate::optimise::{Shape, optimise};
+use crate::pairing::{Pairing, pair};
+use crate::patch::Plan;
+use crate::rails::Rails;
+use crate::surfaces::{Chart, charts};
+use crate::templates::{self, Catalogue, TemplateChoice};
+use mesh::{Monitor, NONE, PolygonMesh, TriangleMesh};
+use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
+use std::collections::BTreeMap;
+use std::time::Instant;
+use surface::smooth::{Constraint, SmoothOptions};
+use surface::smooth_star::Reference;
+
+/// How quads are made.
+#[derive(Debug, Clone)]
+pub struct LayoutOptions {
+    /// How many quads, or how large. Default: 4000 quads.
+    pub size: Size,
+    /// Relative edge length at each input vertex, positive; empty for 1 everywhere. Default: empty.
+    pub density: Vec<f64>,
+    /// How base triangles are merged. Default: [`Pairing::Programme`].
+    pub pairing: Pairing,
+    /// What a patch of unequal opposite sides costs, in quads stretched by a factor e: low for even sizes, infinite for the
+    /// coarsest layout. Above 0. Default 20.
+    pub irregularity: f64,
+    /// Templates to choose from. Default: the built-in ones.
+    pub catalogue: Catalogue,
+    /// Templates chosen, by the base edge between the two triangles of a pair; such pairs are always patches. Default: none.
+    pub templates: BTreeMap<u32, TemplateChoice>,
+    /// Rounds of the rectangles' pull. Default 30.
+    pub rounds: usize,
+    /// Whether a topological search takes out irregular vertices away from features. Default: no, it undoes the layout.
+    pub improve: bool,
+}
+
+impl Default for LayoutOptions {
+    fn default() -> Self {
+        Self {
+            size: Size::TargetFaces(4000),
+            density: Vec::new(),
+            pairing: Pairing::default(),
+            irregularity: 20.0,
+            catalogue: Catalogue::default(),
+            templates: BTreeMap::new(),
+            rounds: 30,
+            improve: false,
+        }
+    }
+}
+
+/// A point of the input surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SourcePoint {
+    /// Triangle of the input.
+    pub triangle: u32,
+    /// Triangle of [`Base::surface`], which is a part of it.
+    pub surface_triangle: u32,
+    /// Barycentric coordinates in the surface triangle: none negative, sum 1.
+    pub barycentric: [f64; 3],
+}
+
+/// An edge of the quads that lies on a feature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FeatureEdge {
+    /// Vertices of the quads, in the direction of the base edge.
+    pub ends: [u32; 2],
+    /// The feature chain; `None` on a border that the base gives no chain.
+    pub chain: Option<u32>,
+    /// The base edge.
+    pub base_edge: u32,
+}
+
+/// What was done.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LayoutReport {
+    /// Patches of the layout.
+    pub patches: usize,
+    /// Those of one base triangle.
+    pub singles: usize,
+    /// Inner vertices of other valence than 4.
+    pub irregular: usize,
+    /// Quads along each base edge; 0 for edges inside patches.
+    pub counts: Vec<u32>,
+    /// The edge length aimed at, scene units.
+    pub edge_length: f64,
+    /// Quads.
+    pub faces: usize,
+    /// Quads that were asked for, when a number was.
+    pub target: Option<usize>,
+    /// Quads still inverted; 0 unless the surface leaves no room.
+    pub inverted: usize,
+    /// Seconds for each stage.
+    pub seconds: Vec<(&'static str, f64)>,
+}
+
+/// Quads on a surface.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Quads {
+    /// The mesh, all of quads.
+    pub mesh: PolygonMesh,
+    /// Its edges on features and borders, by base edge.
+    pub feature_edges: Vec<FeatureEdge>,
+    /// The base vertex at each vertex that stands for one, else [`NONE`].
+    pub base_vertex: Vec<u32>,
+    /// Where each vertex lies on the input.
+    pub source: Vec<SourcePoint>,
+    /// What was done.
+    pub report: LayoutReport,
+}
+
+/// Lays quads over the surface of a base triangulation.
+///
+/// Every feature edge of the base becomes a row of edges whose vertices lie on it; base vertices where features end,
+/// meet or bend keep their exact position. The result has the surface's topology. Same input, same bytes, whatever the threads.
+///
+/// Source: Daniels et al. 2011, sections 5 and 6; see [`crate::pairing`], [`crate::density`] and [`crate::optimise`]
+/// for what differs. Cost: nearly linear in surface triangles and quads.
+///
+/// # Errors
+/// [`LayoutError`].
+pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) -> Result<Quads, LayoutError> {
+    let mut clock = Clock { start: Instant::now(), seconds: Vec::new() };
+    if options.irregularity.is_nan() || options.irregularity <= 0.0 {
+        return Err(LayoutError::BadOption { option: "irregularity", expected: "above 0" });
+    }
+    monitor.stage("layout", 0.0)?;
+    let measures = Measures::new(base)?;
+    if base.triangles.is_empty() {
+        return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
+    }
+    let size = density::spread(base, &options.density)?;
+    let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
+    let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
+    let mut patches = pair(base, &measures, options.pairing, options.irregularity.is_finite(), &forced, monitor)?;
+    for patch in &mut patches {
+        if let Some(index) = forced.iter().position(|pair| patch.triangles == *pair) {
+            *patch = templates[index].orient(base, std::mem::take(patch), index);
+        }
+    }
+    clock.stop("pairing");
+
+    let plan = Plan { base, measures: &measures, patches: &patches, templates: &templates, size: &size };
+    monitor.stage("density", 0.2)?;
+    let counts = density::count(plan, options.size, options.irregularity, monitor)?;
+    clock.stop("density");
+
+    monitor.stage("fill", 0.4)?;
+    let topologies = fill::topologies(plan, &counts.of_edge, monitor)?;
+    let rails = Rails::new(base, &measures);
+    let filled = fill::fill(plan, &counts, &topologies, &rails, monitor)?;
+    clock.stop("fill");
+
+    monitor.stage("optimise", 0.6)?;
+    let (charts, chart_of) = charts(base, &measures);
+    let chart_of_quad: Vec<u32> =
+        filled.patch_of.iter().map(|&p| chart_of[patches[p as usize].triangles[0] as usize]).collect();
+    let constraints: Vec<Constraint> = filled
+        .places
+        .iter()
+        .zip(&filled.stays)
+        .map(|(&place, &stays)| if stays { Constraint::Fixed } else { constraint(place, &rails) })
+        .collect();
+    let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
+    let lengths = vec![counts.edge_length; work.filled.positions.len()];
+    let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
+    let shape = Shape {
+        quads: &work.filled.quads,
+        chart_of: &work.chart_of_quad,
+        constraints: &work.constraints,
+        lines: &rails.lines,
+        charts: &charts,
+        lengths: &lengths,
+    };
+    let mut inverted = optimise(&shape, &mut work.filled.positions, options.rounds, &smooth, monitor)?.inverted;
+    clock.stop("optimise");
+    if options.improve {
+        monitor.stage("improve", 0.8)?;
+        inverted = work.improve(&smooth, monitor)?;
+        clock.stop("improve");
+    }
+    monitor.stage("source", 0.95)?;
+    let source = work.sources();
+    clock.stop("source");
+
+    let Filled { positions, places, quads, along, .. } = work.filled;
+    let base_vertex = places.iter().map(|p| if let Place::Corner(v) = p { *v } else { NONE }).collect();
+    let mesh = PolygonMesh::from_polygons(positions, &quads).map_err(|_| LayoutError::BadBase {
+        element: "triangle",
+        index: 0,
+        reason: "it asks for more quads than 32-bit indices can name",
+    })?;
+    let mut feature_edges = Vec::new();
+    for (e, along) in along.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
+        feature_edges.extend(along.windows(2).map(|w| FeatureEdge {
+            ends: [w[0], w[1]],
+            chain: base.edges[e].feature,
+            base_edge: e as u32,
+        }));
+    }
+    let report = LayoutReport {
+        patches: patches.len(),
+        singles: patches.iter().filter(|p| p.triangles.len() == 1).count(),
+        irregular: irregular(&mesh),
+        counts: counts.of_edge,
+        edge_length: counts.edge_length,
+        faces: mesh.face_count(),
+        target: if let Size::TargetFaces(faces) = options.size { Some(faces) } else { None },
+        inverted,
+        seconds: clock.seconds,
+    };
+    Ok(Quads { mesh, feature_edges, base_vertex, source, report })
+}
+
+struct Clock {
+    start: Instant,
+    seconds: Vec<(&'static str, f64)>,
+}
+
+impl Clock {
+    fn stop(&mut self, stage: &'static str) {
+        self.seconds.push((stage, self.start.elapsed().as_secs_f64()));
+        self.start = Instant::now();
+    }
+}
+
+fn constraint(place: Place, rails: &Rails) -> Constraint {
+    match place {
+        Place::Corner(v) if rails.corner[v as usize] => Constraint::Fixed,
+        Place::Corner(v) => rails.of_vertex[v as usize].map_or(Constraint::Free, Constraint::OnChain),
+        Place::Edge(e) => rails.of_edge[e as usize].map_or(Constraint::Free, Constraint::OnChain),
+        Place::Patch(_) => Constraint::Free,
+    }
+}
+
+/// Inner vertices of other valence than 4.
+fn irregular(mesh: &PolygonMesh) -> usize {
+    let topology = mesh::Topology::of(mesh);
+    let off = |v: &u32| !topology.is_border_vertex(*v) && topology.around(*v).count() != 4;
+    (0..mesh.vertex_count() as u32).filter(off).count()
+}
+
+/// The quads in the making.
+struct Work<'a> {
+    base: &'a Base,
+    charts: &'a [Chart],
+    rails: &'a Rails,
+    chart_of_quad: Vec<u32>,
+    constraints: Vec<Constraint>,
+    filled: Filled,
+}
+
+impl Work<'_> {
+    /// The topological search, with features and borders kept. Returns the quads still inverted.
+    fn improve(&mut self, smooth: &SmoothOptions, monitor: &Monitor) -> Result<usize, LayoutError> {
+        let features: Vec<[u32; 2]> = (0..self.filled.along.len())
+            .filter(|&e| self.rails.of_edge[e].is_some())
+            .flat_map(|e| self.filled.along[e].windows(2).map(|w| [w[0], w[1]]))
+            .collect();
+        let surfaces: Vec<&dyn Reference> = self.charts.iter().map(|chart| chart as &dyn Reference).collect();
+        let start = QuadPatch {
+            quads: std::mem::take(&mut self.filled.quads),
+            surface_of: self.chart_of_quad.clone(),
+            positions: std::mem::take(&mut self.filled.positions),
+            constraints: std::mem::take(&mut self.constraints),
+        };
+        let outside = vec![0; start.positions.len()];
+        let setting =
+            Setting { features: &features, outside: &outside, chains: &self.rails.lines, surfaces: &surfaces };
+        let options = ImproveOptions { depth: 3, smooth: *smooth, ..ImproveOptions::default() };
+        let better = improve(start, &setting, &options, monitor)?;
+        let mut new_index = vec![NONE; outside.len()];
+        for (new, &old) in better.source.iter().enumerate().filter(|(_, old)| **old != NONE) {
+            new_index[old as usize] = new as u32;
+        }
+        let places = &self.filled.places;
+        self.filled.places =
+            better.source.iter().map(|&old| places.get(old as usize).copied().unwrap_or(Place::Patch(0))).collect();
+        for (e, along) in self.filled.along.iter_mut().enumerate() {
+            // Only rails are sure to be edges still.
+            if self.rails.of_edge[e].is_none() {
+                along.clear();
+            }
+            for v in along {
+                *v = new_index[*v as usize];
+            }
+        }
+        self.filled.quads = better.patch.quads;
+        self.filled.positions = better.patch.positions;
+        self.constraints = better.patch.constraints;
+        self.chart_of_quad = better.patch.surface_of;
+        Ok(better.report.smooth.inverted)
+    }
+
+    /// Where each vertex lies on the surface, on the chart of a quad around it.
+    fn sources(&self) -> Vec<SourcePoint> {
+        let mut chart = vec![0; self.filled.positions.len()];
+        for (quad, &c) in self.filled.quads.iter().zip(&self.chart_of_quad) {
+            for &v in quad {
+                chart[v as usize] = c;
+            }
+        }
+        let find = |(&p, &c): (&mesh::DVec3, &u32)| {
+            let found = self.charts[c as usize].find(p);
+            let triangle = self.base.source.get(found.triangle as usize).copied().unwrap_or(NONE);
+            SourcePoint { triangle, surface_triangle: found.triangle, barycentric: found.barycentric }
+        };
+        self.filled.positions.iter().zip(&chart).map(find).collect()
+    }
+}
+
+impl SourcePoint {
+    /// Barycentric coordinates in the input's triangle, for the transfer of what the input has at its corners. O(1).
+    pub fn on_input(&self, base: &Base, input: &TriangleMesh) -> [f64; 3] {
+        let p = base.surface.points(self.surface_triangle as usize);
+        let point = p[0] * self.barycentric[0] + p[1] * self.barycentric[1] + p[2] * self.barycentric[2];
+        let [a, b, c] = input.points(self.triangle as usize);
+        let normal = (b - a).cross(c - a);
+        let squared = normal.length_squared();
+        if squared <= 0.0 {
+            return [1.0, 0.0, 0.0];
+        }
+        let part = |from: mesh::DVec3, to: mesh::DVec3| (from - point).cross(to - point).dot(normal).max(0.0) / squared;
+        let weights = [part(b, c), part(c, a), part(a, b)];
+        let sum = weights.iter().sum::<f64>();
+        weights.map(|w| w / sum)
+    }
+}
+
+#[cfg(test)]
+#[path = "quads_tests.rs"]
+mod tests;

@@ -1,0 +1,216 @@
+//! How long base edges should be, place by place; and a surface fine enough to hold them.
+//!
+//! Not in Daniels et al. 2011, where the artist places every site. The wanted length is even but for two things: near curves
+//! that run close to one another it is some multiple of their distance, so that base triangles between them do not become
+//! needles; and it grows from there no faster than a given slope.
+
+use crate::base_error::RetopologyError;
+use crate::build::BaseOptions;
+use crate::features::{Chain, Network};
+use crate::metric::Metric;
+use crate::sites::least_pieces;
+use crate::split_mesh::SplitMesh;
+use mesh::{Monitor, NONE, sorted};
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BinaryHeap};
+
+/// Two points of one curve, or of curves that share a corner, are neighbours along the curve and no pair of parallel
+/// strands when the way along it is at most this multiple of the way across.
+const DETOUR: f64 = 2.5;
+/// Surface edges are split until they are at most this fraction of the wanted base edge.
+const RESOLUTION: f64 = 0.3;
+
+/// Wanted base edge lengths, in the units of the mesh.
+#[derive(Debug, Clone)]
+pub struct Sizing {
+    /// At each vertex.
+    pub wanted: Vec<f64>,
+    /// Far from all features.
+    even: f64,
+    /// How fast they grow.
+    gradation: f64,
+}
+
+/// Finds the wanted base edge lengths. O(n log n).
+pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions) -> Sizing {
+    let metric = Metric::new(mesh);
+    let n = mesh.positions.len();
+    let area: f64 = (0..mesh.origin.len() as u32 / 3)
+        .map(|t| {
+            let [a, b, c] = [0, 1, 2].map(|k| mesh.positions[mesh.origin[(3 * t + k) as usize] as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .sum();
+    // The edge of an equilateral triangulation with this many vertices.
+    let even = (2.0 * area / (3.0_f64.sqrt() * f64::from(options.vertices))).sqrt();
+
+    // Where each curve vertex lies: its chain, and how far along.
+    let mut place = vec![(NONE, 0.0); n];
+    let mut total = vec![0.0; network.chains.len()];
+    let mut seeds = Vec::new();
+    for (c, chain) in network.chains.iter().enumerate() {
+        let mut before = None;
+        for v in chain.walk() {
+            if let Some(u) = before {
+                total[c] += distance(mesh, u, v);
+            }
+            before = Some(v);
+            if place[v as usize].0 == NONE {
+                place[v as usize] = (c as u32, total[c]);
+                seeds.push((v, 0.0, v));
+            }
+        }
+    }
+    seeds.extend(network.points.iter().map(|&v| (v, 0.0, v)));
+    let (mut away, mut nearest) = (vec![f64::INFINITY; n], vec![NONE; n]);
+    metric.spread(&mut away, &mut nearest, &seeds, 1.0);
+
+    let is_corner = |v: u32| network.corners.binary_search(&v).is_ok();
+    let joined = |a: u32, b: u32| {
+        let chain_ends = |c: u32| {
+            let chain: &Chain = &network.chains[c as usize];
+            (!chain.closed).then(|| [chain.vertices[0], chain.vertices[chain.vertices.len() - 1]])
+        };
+        let (ends_a, ends_b) = (chain_ends(a), chain_ends(b));
+        ends_a.zip(ends_b).is_some_and(|(p, q)| p.iter().any(|v| q.contains(v)))
+    };
+    let mut limits = BTreeMap::<u32, f64>::new();
+    for h in 0..mesh.origin.len() as u32 {
+        let (a, b) = (nearest[mesh.from(h) as usize], nearest[mesh.to(h) as usize]);
+        if a == NONE || b == NONE || a == b || is_corner(a) || is_corner(b) {
+            continue;
+        }
+        let across = away[mesh.from(h) as usize] + mesh.length(h) + away[mesh.to(h) as usize];
+        let ((chain_a, at_a), (chain_b, at_b)) = (place[a as usize], place[b as usize]);
+        let neighbours = if chain_a == NONE || chain_b == NONE {
+            false
+        } else if chain_a == chain_b {
+            let straight = (at_a - at_b).abs();
+            let chain = &network.chains[chain_a as usize];
+            let along = if chain.closed { straight.min(total[chain_a as usize] - straight) } else { straight };
+            along <= DETOUR * across
+        } else {
+            joined(chain_a, chain_b)
+        };
+        if !neighbours {
+            for v in [a, b] {
+                let limit = limits.entry(v).or_insert(f64::INFINITY);
+                *limit = limit.min(options.aspect * across);
+            }
+        }
+    }
+    // The pieces of a chain are no longer than it lets them be.
+    for (c, chain) in network.chains.iter().enumerate() {
+        let longest = total[c] / least_pieces(mesh, chain) as f64;
+        for v in chain.walk() {
+            let limit = limits.entry(v).or_insert(f64::INFINITY);
+            *limit = limit.min(longest);
+        }
+    }
+    let mut wanted = vec![even; n];
+    let seeds: Vec<(u32, f64, u32)> = limits.into_iter().map(|(v, limit)| (v, limit, 0)).collect();
+    metric.spread(&mut wanted, &mut vec![0; n], &seeds, options.gradation);
+    Sizing { wanted, even, gradation: options.gradation }
+}
+
+fn distance(mesh: &SplitMesh, a: u32, b: u32) -> f64 {
+    mesh.positions[a as usize].distance(mesh.positions[b as usize])
+}
+
+/// An edge to be split, as its ends; the most oversized first.
+#[derive(PartialEq)]
+struct Oversized {
+    ratio: f64,
+    ends: [u32; 2],
+}
+
+impl Eq for Oversized {}
+
+impl PartialOrd for Oversized {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Oversized {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.ratio.total_cmp(&other.ratio).then(other.ends.cmp(&self.ends))
+    }
+}
+
+/// Splits edges at their midpoints until they are short against the wanted base edges, and puts the new vertices of curves
+/// into their chains. At most `budget` splits: what is left then is coarser than it should be, never wrong.
+///
+/// # Errors
+/// Cancelled.
+pub fn refine(
+    mesh: &mut SplitMesh,
+    network: &mut Network,
+    sizing: &mut Sizing,
+    budget: usize,
+    monitor: &Monitor,
+) -> Result<(), RetopologyError> {
+    let Sizing { wanted, even, gradation } = sizing;
+    let mut queue = BinaryHeap::new();
+    let consider = |queue: &mut BinaryHeap<Oversized>, mesh: &SplitMesh, wanted: &[f64], h: u32| {
+        let (a, b) = (mesh.from(h), mesh.to(h));
+        let ratio = mesh.length(h) / wanted[a as usize].min(wanted[b as usize]);
+        if ratio > RESOLUTION {
+            queue.push(Oversized { ratio, ends: sorted(a, b) });
+        }
+    };
+    for h in 0..mesh.origin.len() as u32 {
+        if mesh.twin[h as usize] == NONE || mesh.twin[h as usize] > h {
+            consider(&mut queue, mesh, wanted, h);
+        }
+    }
+    let mut middles = BTreeMap::new();
+    let mut splits = 0;
+    while let Some(Oversized { ends: [a, b], .. }) = queue.pop() {
+        if splits == budget {
+            break;
+        }
+        splits += 1;
+        if splits.is_multiple_of(1024) {
+            monitor.check()?;
+        }
+        // Each edge is queued once, when it comes into being, and splits only end the one they split.
+        let Some(h) = mesh.find(a, b) else { continue };
+        let length = mesh.length(h);
+        let m = mesh.split(h, 0.5);
+        middles.insert([a, b], m);
+        let from_ends = wanted[a as usize].min(wanted[b as usize]) + *gradation * length / 2.0;
+        wanted.push(from_ends.min(*even));
+        let born: Vec<u32> = mesh.around(m).flat_map(|h| [h, crate::split_mesh::prev(h)]).collect();
+        let mut ends: Vec<[u32; 2]> = born.iter().map(|&h| sorted(mesh.from(h), mesh.to(h))).collect();
+        ends.sort_unstable();
+        ends.dedup();
+        for [a, b] in ends {
+            if let Some(h) = mesh.find(a, b) {
+                consider(&mut queue, mesh, wanted, h);
+            }
+        }
+    }
+    for chain in &mut network.chains {
+        let walk: Vec<u32> = chain.walk().collect();
+        let mut vertices = vec![walk[0]];
+        for pair in walk.windows(2) {
+            subdivided(&middles, pair[0], pair[1], &mut vertices);
+        }
+        if chain.closed {
+            vertices.pop();
+        }
+        chain.vertices = vertices;
+    }
+    Ok(())
+}
+
+/// Appends the vertices of the split edge from `a`, excluded, to `b`.
+fn subdivided(middles: &BTreeMap<[u32; 2], u32>, a: u32, b: u32, to: &mut Vec<u32>) {
+    if let Some(&m) = middles.get(&sorted(a, b)) {
+        subdivided(middles, a, m, to);
+        subdivided(middles, m, b, to);
+    } else {
+        to.push(b);
+    }
+}

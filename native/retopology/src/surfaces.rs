@@ -1,0 +1,68 @@
+//! The charts of a surface: its parts between features, each with its own closest points.
+//!
+//! A vertex is put back on the chart it belongs to, never on the other side of a thin plate or of a crease.
+
+use crate::base::Base;
+use crate::measures::Measures;
+use mesh::DVec3;
+use mesh::{NONE, TriangleMesh};
+use rayon::prelude::*;
+use solve::components::connected_components;
+use surface::closest::{ClosestPoint, Projection};
+use surface::smooth_star::{Reference, SurfacePoint};
+
+/// Connected base triangles that no feature separates.
+#[derive(Debug)]
+pub(crate) struct Chart {
+    closest: ClosestPoint,
+    normals: Vec<DVec3>,
+    /// Triangle of the whole surface for each one here.
+    triangles: Vec<u32>,
+}
+
+/// All charts, and the chart of each base triangle.
+pub(crate) fn charts(base: &Base, measures: &Measures) -> (Vec<Chart>, Vec<u32>) {
+    let joined = (0..measures.twins.len()).filter_map(|h| {
+        let rail = measures.rails[base.triangle_edges[h / 3][h % 3] as usize];
+        (!rail && measures.twins[h] != NONE).then(|| (h as u32 / 3, measures.twins[h] / 3))
+    });
+    let groups = connected_components(base.triangles.len(), joined);
+    let mut chart_of = vec![0; base.triangles.len()];
+    for (chart, group) in groups.iter().enumerate() {
+        for &t in group {
+            chart_of[t as usize] = chart as u32;
+        }
+    }
+    let charts = groups
+        .into_par_iter()
+        .map(|group| {
+            let triangles: Vec<u32> = group.iter().flat_map(|&t| measures.pieces[t as usize].iter().copied()).collect();
+            // Only the corners of its triangles matter to the tree.
+            let mut piece = TriangleMesh::default();
+            for &t in &triangles {
+                let first = piece.positions.len() as u32;
+                piece.positions.extend(base.surface.points(t as usize));
+                piece.triangles.push([first, first + 1, first + 2]);
+            }
+            let normals = triangles.iter().map(|&t| base.surface.area_normal(t as usize).normalize_or_zero()).collect();
+            Chart { closest: ClosestPoint::new(&piece), normals, triangles }
+        })
+        .collect();
+    (charts, chart_of)
+}
+
+impl Chart {
+    /// The nearest point of the chart, its triangle as one of the whole surface.
+    pub fn find(&self, point: DVec3) -> Projection {
+        let found = self.closest.project(point);
+        Projection { triangle: self.triangles.get(found.triangle as usize).copied().unwrap_or(NONE), ..found }
+    }
+}
+
+impl Reference for Chart {
+    fn project(&self, point: DVec3) -> SurfacePoint {
+        let found = self.closest.project(point);
+        let normal = self.normals.get(found.triangle as usize).copied().unwrap_or(DVec3::Z);
+        SurfacePoint { point: found.point, normal }
+    }
+}
