@@ -7,6 +7,7 @@ pub mod base;
 mod assemble;
 pub mod base_error;
 pub mod build;
+mod bulges;
 mod cells;
 mod cut;
 pub mod detect;

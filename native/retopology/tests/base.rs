@@ -247,6 +247,20 @@ fn a_cube_with_its_edges_marked_has_its_corners() {
 }
 
 #[test]
+fn a_finger_gets_a_site_on_its_tip() {
+    // A sphere pulled out into a finger along x, thinner than a base edge.
+    let sphere = shapes::sphere(40);
+    let pull = |p: &DVec3| {
+        if p.x > 0.97 { DVec3::new(p.x + 90.0 * (p.x - 0.97), p.y, p.z) } else { *p }
+    };
+    let mesh = sphere.with_positions(sphere.positions.iter().map(pull).collect());
+    let built = accept(&mesh, &Features::default(), 24);
+    let farthest = built.base.vertices.iter().map(|&v| built.base.surface.positions[v as usize].x).fold(0.0, f64::max);
+    let tip = mesh.positions.iter().map(|p| p.x).fold(0.0, f64::max);
+    assert!(farthest > 1.0 + 0.7 * (tip - 1.0), "{farthest} of {tip}");
+}
+
+#[test]
 fn genus_11_with_marked_edges_and_vertices() {
     let holes: BTreeSet<(i32, i32)> = (0..12).filter(|k| *k != 7).map(|k| (2 * (k % 4) + 1, 2 * (k / 4) + 1)).collect();
     let mesh = punched_block(9, 7, &holes, 2);
