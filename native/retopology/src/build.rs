@@ -16,7 +16,7 @@ use crate::sites::{Breakpoints, divide_curves, free_sites};
 use crate::sizing::{refine, wanted_lengths};
 use crate::split_mesh::SplitMesh;
 use crate::stars::Drawing;
-use crate::{cut, detect, input, stars, tidy};
+use crate::{bulges, cut, detect, input, stars, tidy};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -27,6 +27,8 @@ use surface::laplacian::cotangent_weights;
 /// Rounds of flipping base edges by their lengths and drawing them anew.
 const FLIP_ROUNDS: usize = 3;
 
+/// Rounds of putting base vertices on what bulges out of base triangles.
+const BULGE_ROUNDS: usize = 2;
 /// Base vertices added in one round keep this far apart, in wanted edge lengths.
 const SPACING: f64 = 0.3;
 
@@ -83,6 +85,8 @@ pub struct BaseReport {
     pub sites: Vec<u32>,
     /// Base vertices added until the dual was valid, as vertices of the base's surface.
     pub inserted: Vec<u32>,
+    /// Those of them that stand on a bulge: a finger tip within one base triangle, say.
+    pub bulges: usize,
     /// Rounds of adding them.
     pub rounds: usize,
     /// Base edges flipped for better base triangles.
@@ -157,29 +161,20 @@ pub fn build_base(
 
     let mut work = Fieldwork::new(&working, &topology, network, options, &mut report, &mut clock, monitor)?;
     monitor.stage("triangulating", 0.4)?;
-    let (cells, pieces) = work.valid_cells(&mut report, monitor)?;
-    clock.lap(&mut report, "cells");
-
-    monitor.stage("drawing base edges", 0.5)?;
-    let mut dual = Dual::new(&work.mesh, &cells)?;
-    let mut drawing = stars::draw(&work.mesh, &cells, &work.fields, &work.peaks, &pieces, monitor)?;
-    clock.lap(&mut report, "paths");
-
-    monitor.stage("straightening base edges", 0.6)?;
-    let mut straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
-    for _ in 0..FLIP_ROUNDS {
-        let flips = dual.improve(&straight.lengths(&drawing, &dual));
-        if flips.is_empty() {
+    let mut drawn = Drawn::new(&mut work, &mut report, &mut clock, monitor)?;
+    for _ in 0..BULGE_ROUNDS {
+        let lengths = drawn.straight.lengths(&drawn.drawing, &drawn.dual);
+        let tips = bulges::tips(&drawn.drawing, &drawn.dual, &work.peaks, &lengths, work.mesh.positions.len());
+        if tips.is_empty() {
             break;
         }
-        report.flipped += flips.len();
-        for flip in flips {
-            monitor.check()?;
-            drawing.redraw(flip.edge as usize, flip.ends.map(|k| work.peaks[k as usize]))?;
-        }
-        straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
+        report.bulges += tips.len();
+        report.inserted.extend(&tips);
+        let additions: Vec<Addition> = tips.into_iter().map(|v| work.addition(v, (NONE, 0))).collect();
+        work.fields.add(&additions, monitor)?;
+        drawn = Drawn::new(&mut work, &mut report, &mut clock, monitor)?;
     }
-    clock.lap(&mut report, "geodesics");
+    let Drawn { pieces, dual, drawing, straight } = drawn;
 
     monitor.stage("cutting the surface", 0.9)?;
     let Straightened { topology, triangulation, paths } = straight;
@@ -211,6 +206,45 @@ pub struct Built {
     pub report: BaseReport,
     /// What an editing loop reuses, and the fields for display.
     pub fieldwork: Fieldwork,
+}
+
+/// The base triangulation, drawn on the surface.
+struct Drawn {
+    pieces: Vec<Piece>,
+    dual: Dual,
+    drawing: Drawing,
+    straight: Straightened,
+}
+
+impl Drawn {
+    /// From fields to geodesic base edges, base vertices added and edges flipped as needed.
+    fn new(
+        work: &mut Fieldwork,
+        report: &mut BaseReport,
+        clock: &mut Clock,
+        monitor: &Monitor,
+    ) -> Result<Self, RetopologyError> {
+        let (cells, pieces) = work.valid_cells(report, monitor)?;
+        clock.lap(report, "cells");
+        let mut dual = Dual::new(&work.mesh, &cells)?;
+        let mut drawing = stars::draw(&work.mesh, &cells, &work.fields, &work.peaks, &pieces, monitor)?;
+        clock.lap(report, "paths");
+        let mut straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
+        for _ in 0..FLIP_ROUNDS {
+            let flips = dual.improve(&straight.lengths(&drawing, &dual));
+            if flips.is_empty() {
+                break;
+            }
+            report.flipped += flips.len();
+            for flip in flips {
+                monitor.check()?;
+                drawing.redraw(flip.edge as usize, flip.ends.map(|k| work.peaks[k as usize]))?;
+            }
+            straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
+        }
+        clock.lap(report, "geodesics");
+        Ok(Self { pieces, dual, drawing, straight })
+    }
 }
 
 /// The drawn base edges as geodesics.
@@ -263,7 +297,11 @@ struct Clock(Instant);
 
 impl Clock {
     fn lap(&mut self, report: &mut BaseReport, stage: &'static str) {
-        report.seconds.push((stage, self.0.elapsed().as_secs_f64()));
+        let seconds = self.0.elapsed().as_secs_f64();
+        match report.seconds.iter_mut().find(|(name, _)| *name == stage) {
+            Some((_, sum)) => *sum += seconds,
+            None => report.seconds.push((stage, seconds)),
+        }
         self.0 = Instant::now();
     }
 }
