@@ -59,6 +59,14 @@ impl Certificate {
         self.defect != 0 || self.squares.iter().chain(&self.triangles).any(|&count| count < 0)
     }
 
+    /// True when the certificate rules out every tiling with at most this many thin rhombi. They leave the triangles as
+    /// they are; each shifts the number of squares of an orientation by one at most.
+    pub fn refutes_with_rhombi(&self, most: i32) -> bool {
+        self.defect.abs() > most
+            || self.triangles.iter().any(|&count| count < 0)
+            || self.squares.iter().any(|&count| count < -most)
+    }
+
     /// Number of squares of any tiling.
     pub fn square_count(&self) -> i32 {
         self.squares.iter().sum()

@@ -7,8 +7,13 @@
 //! Crossing loops need no test: the tiles placed so far and any filling of what remains glue to a disk of flat faces, and
 //! a disk whose outline is the simple loop it began with lies flat in the plane. So a loop that crosses itself has no
 //! filling, and the search finds none.
+//!
+//! Where thin rhombi are allowed (section 6), two more pieces fit an edge, with the sharp corner at either end. While the
+//! region may take more of them, fewer moves are forced: an edge near which a rhombus may lie leaves a choice, and a corner
+//! of 30 degrees needs one. Once they are used up, the moves of a region of triangles and squares are forced again.
 
 use crate::corner::{Alphabet, End, Symbol, angle};
+use crate::fence::Fence;
 use crate::plane::{Direction, Isometry, Point};
 use crate::tile::{Kind, Tile};
 use mesh::Monitor;
@@ -19,12 +24,68 @@ pub(crate) const MAX_EDGES: usize = 16_000;
 /// Corner of a loop, by its index in the pool.
 type Corner = u32;
 
+/// A corner that a tile has just made, and the tile's angle there.
+type Fresh = (Corner, u8);
+
+/// What a thin rhombus with its sharp corner towards this direction adds to the certificate's defect.
+fn defect_of(direction: Direction) -> i32 {
+    if direction.is_multiple_of(2) { -1 } else { 1 }
+}
+
 /// Mark of a free place in the pool, and its position.
 const FREE: Corner = Corner::MAX;
 const NOWHERE: i64 = i64::MIN;
 
 /// By angle, the tiles that a corner admits at its ends: bit 0 triangle, bit 1 square.
 const ADMITS: [u8; 16] = [0, 0, 1, 2, 1, 3, 3, 3, 3, 3, 3, 3, 0, 0, 0, 0];
+
+/// A tile by how it lies on an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Piece {
+    Triangle,
+    Square,
+    /// A rhombus whose sharp corner is where the edge begins.
+    Sharp,
+    /// A rhombus whose sharp corner is where the edge ends.
+    Blunt,
+}
+
+impl Piece {
+    /// In the order in which tilings are listed.
+    pub(crate) const ALL: [Self; 4] = [Self::Triangle, Self::Square, Self::Sharp, Self::Blunt];
+    /// Without the rhombi.
+    pub(crate) const REGULAR: [Self; 2] = [Self::Triangle, Self::Square];
+
+    /// Angles where the edge begins and where it ends.
+    const fn angles(self) -> [u8; 2] {
+        match self {
+            Self::Triangle => [2, 2],
+            Self::Square => [3, 3],
+            Self::Sharp => [1, 5],
+            Self::Blunt => [5, 1],
+        }
+    }
+
+    const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+
+    const fn is_rhombus(self) -> bool {
+        matches!(self, Self::Sharp | Self::Blunt)
+    }
+
+    /// The tile on the left of the edge that leaves `origin` in `direction`.
+    fn tile(self, origin: Point, direction: Direction) -> Tile {
+        match self {
+            Self::Triangle => Tile { origin, direction, kind: Kind::Triangle },
+            Self::Square => Tile { origin, direction, kind: Kind::Square },
+            Self::Sharp => Tile { origin, direction, kind: Kind::Rhombus },
+            Self::Blunt => {
+                Tile { origin: origin + Point::unit(direction), direction: (direction + 5) % 12, kind: Kind::Rhombus }
+            }
+        }
+    }
+}
 
 /// A point's four coordinates in one integer, so that adding and comparing points is adding and comparing integers. Two
 /// points of one region never share one: their coordinates differ by at most the number of edges.
@@ -120,10 +181,18 @@ pub(crate) struct Region {
     free: Vec<Corner>,
     /// Edges to look at again, by the corner they leave.
     queue: Vec<Corner>,
-    placed: Vec<(i64, Direction, Kind)>,
+    placed: Vec<(i64, Direction, Piece)>,
     /// Loop of each corner, filled by `loops`.
     loop_of: Vec<u32>,
     cost: i64,
+    /// How many more rhombi may be placed.
+    rhombi: u16,
+    /// The certificate's defect of what is left; a rhombus changes it by one.
+    defect: i32,
+    /// Where rhombi may lie; everywhere when there is none.
+    fence: Option<Fence>,
+    /// Where the loaded loop's first corner lies in the fence's plane.
+    base: Point,
 }
 
 impl Region {
@@ -140,7 +209,34 @@ impl Region {
             placed: Vec::new(),
             loop_of: Vec::new(),
             cost: 0,
+            rhombi: 0,
+            defect: 0,
+            fence: None,
+            base: Point::ORIGIN,
         }
+    }
+
+    /// Keeps rhombi inside a fence, if there is one.
+    pub(crate) fn fenced(self, fence: Option<Fence>) -> Self {
+        Self { fence, ..self }
+    }
+
+    /// True when it matters where a loop lies.
+    pub(crate) fn is_fenced(&self) -> bool {
+        self.fence.is_some()
+    }
+
+    /// Lets up to `rhombi` rhombi be placed in the loop just loaded, whose certificate has this defect, and whose first
+    /// corner is at `base`.
+    pub(crate) fn allow(&mut self, rhombi: u16, defect: i32, base: Point) {
+        self.rhombi = rhombi;
+        self.defect = defect;
+        self.base = base;
+    }
+
+    /// How many more rhombi may be placed.
+    pub(crate) fn rhombi(&self) -> u16 {
+        self.rhombi
     }
 
     /// Starts over with one loop, its first corner at the origin.
@@ -152,6 +248,7 @@ impl Region {
         self.queue.clear();
         self.placed.clear();
         self.cost = 0;
+        self.rhombi = 0;
         let (mut direction, symbols) = (word[0], &word[1..]);
         let last = symbols.len() as Corner - 1;
         let mut position = 0;
@@ -180,20 +277,23 @@ impl Region {
 
     /// Tiles placed since the load.
     pub(crate) fn placed(&self) -> impl Iterator<Item = Tile> {
-        self.placed.iter().map(|&(origin, direction, kind)| Tile { origin: unpack(origin), direction, kind })
+        self.placed.iter().map(|&(origin, direction, piece)| piece.tile(unpack(origin), direction))
     }
 
-    /// Places `kind` on the loaded loop's first edge, and its images under `group` on theirs; then all forced moves.
+    /// Places `piece` on the loaded loop's first edge, and its images under `group` on theirs; then all forced moves.
     ///
     /// # Errors
     /// [`Halt`].
-    pub(crate) fn play(&mut self, kind: Kind, group: &[Isometry], monitor: &Monitor) -> Result<(), Halt> {
-        let first = Tile { origin: Point::ORIGIN, direction: self.nodes[0].direction, kind };
-        self.place(0, kind).ok_or(Halt::DeadEnd)?;
+    pub(crate) fn play(&mut self, piece: Piece, group: &[Isometry], monitor: &Monitor) -> Result<(), Halt> {
+        if self.rhombi > 0 && self.fitting(0) & piece.bit() == 0 {
+            return Err(Halt::DeadEnd);
+        }
+        let first = piece.tile(Point::ORIGIN, self.nodes[0].direction);
+        self.place(0, piece).ok_or(Halt::DeadEnd)?;
         for isometry in group {
             let image = first.mapped(*isometry);
             if let Some(corner) = self.corner_of(image.origin, image.direction) {
-                self.place(corner, kind).ok_or(Halt::DeadEnd)?;
+                self.place(corner, piece).ok_or(Halt::DeadEnd)?;
             } else if !self.placed().any(|tile| tile.normalised() == image.normalised()) {
                 return Err(Halt::DeadEnd);
             }
@@ -207,22 +307,59 @@ impl Region {
     /// [`Halt`].
     pub(crate) fn settle(&mut self, monitor: &Monitor) -> Result<(), Halt> {
         while let Some(corner) = self.queue.pop() {
-            let node = self.nodes[corner as usize];
-            if node.next == FREE {
+            if self.nodes[corner as usize].next == FREE {
                 continue;
             }
-            let kind = match ADMITS[angle(node.symbol) as usize] & ADMITS[angle(self.symbol(node.next)) as usize] {
+            let piece = match self.fitting(corner) {
                 0 => return Err(Halt::DeadEnd),
-                1 => Kind::Triangle,
-                2 => Kind::Square,
+                0b0001 => Piece::Triangle,
+                0b0010 => Piece::Square,
+                0b0100 => Piece::Sharp,
+                0b1000 => Piece::Blunt,
                 _ => continue,
             };
-            self.place(corner, kind).ok_or(Halt::DeadEnd)?;
+            self.place(corner, piece).ok_or(Halt::DeadEnd)?;
             if self.placed.len().is_multiple_of(64) && monitor.is_cancelled() {
                 return Err(Halt::Cancelled);
             }
         }
         Ok(())
+    }
+
+    /// The pieces that the corners at both ends of an edge admit, by [`Piece::bit`].
+    fn fitting(&mut self, corner: Corner) -> u8 {
+        let Node { next, symbol, direction, .. } = self.nodes[corner as usize];
+        let (from, to) = (angle(symbol), angle(self.symbol(next)));
+        if self.rhombi == 0 {
+            return ADMITS[from as usize] & ADMITS[to as usize];
+        }
+        let origin = unpack(self.positions[corner as usize]) + self.base;
+        let end = origin + Point::unit(direction);
+        let mut bits = 0;
+        for piece in Piece::ALL {
+            let [begin, arrive] = piece.angles();
+            if from >= begin
+                && to >= arrive
+                && self.may_be_left(from - begin, origin)
+                && self.may_be_left(to - arrive, end)
+                && (!piece.is_rhombus() || self.may_lie(piece.tile(origin, direction)))
+            {
+                bits |= piece.bit();
+            }
+        }
+        bits
+    }
+
+    /// True unless the angle is left for a sharp corner that may not lie at the point.
+    fn may_be_left(&mut self, angle: u8, point: Point) -> bool {
+        angle != 1 || self.fence.as_mut().is_none_or(|fence| fence.may_admit(point))
+    }
+
+    /// True when a rhombus lies within the fence and leaves a defect that the other rhombi can take up.
+    fn may_lie(&mut self, rhombus: Tile) -> bool {
+        let left = self.defect - defect_of(rhombus.direction);
+        left.unsigned_abs() < u32::from(self.rhombi)
+            && self.fence.as_mut().is_none_or(|fence| fence.admits(rhombus.corners()))
     }
 
     /// The corner at a point whose edge leaves in this direction.
@@ -266,8 +403,8 @@ impl Region {
     }
 
     /// Lets a tile take an end of a corner. `None` when it does not fit.
-    fn take(&mut self, corner: Corner, kind: Kind, end: End) -> Option<()> {
-        let (symbol, cost) = self.alphabet.take(self.symbol(corner), kind, end)?;
+    fn take(&mut self, corner: Corner, tile: u8, end: End) -> Option<()> {
+        let (symbol, cost) = self.alphabet.take(self.symbol(corner), tile, end)?;
         let node = &mut self.nodes[corner as usize];
         node.symbol = symbol;
         self.cost += cost;
@@ -277,51 +414,61 @@ impl Region {
     }
 
     /// Puts a tile on the edge that leaves `from`. `None` when it does not fit.
-    fn place(&mut self, from: Corner, kind: Kind) -> Option<()> {
+    fn place(&mut self, from: Corner, piece: Piece) -> Option<()> {
         let Node { next: to, direction, .. } = self.nodes[from as usize];
         let origin = self.positions[from as usize];
-        self.placed.push((origin, direction, kind));
-        self.take(from, kind, End::Leaving)?;
-        self.take(to, kind, End::Arriving)?;
-        let (symbol, cost) = self.alphabet.fresh(kind);
-        let up = (direction + kind.angle()) % 12;
-        let down = (direction + 12 - kind.angle()) % 12;
+        let [begin, arrive] = piece.angles();
+        self.placed.push((origin, direction, piece));
+        self.take(from, begin, End::Leaving)?;
+        self.take(to, arrive, End::Arriving)?;
+        let up = (direction + begin) % 12;
         let above = origin + self.units[up as usize];
         self.nodes[from as usize].direction = up;
-        let fresh = match kind {
-            Kind::Triangle => {
-                let apex = self.add(symbol, down, above);
-                self.link(from, apex);
-                self.link(apex, to);
-                self.cost += cost;
-                [apex, FREE]
-            }
-            Kind::Square => {
-                let left = self.add(symbol, direction, above);
-                let right = self.add(symbol, down, above + self.units[direction as usize]);
-                self.link(from, left);
-                self.link(left, right);
-                self.link(right, to);
-                self.cost += 2 * cost;
-                [left, right]
-            }
+        let fresh = if piece == Piece::Triangle {
+            let (symbol, cost) = self.alphabet.fresh(begin);
+            let apex = self.add(symbol, (direction + 10) % 12, above);
+            self.link(from, apex);
+            self.link(apex, to);
+            self.cost += cost;
+            [(apex, begin), (FREE, 0)]
+        } else {
+            // Opposite angles are equal.
+            let ((left_symbol, left_cost), (right_symbol, right_cost)) =
+                (self.alphabet.fresh(arrive), self.alphabet.fresh(begin));
+            let left = self.add(left_symbol, direction, above);
+            let right = self.add(right_symbol, (up + 6) % 12, above + self.units[direction as usize]);
+            self.link(from, left);
+            self.link(left, right);
+            self.link(right, to);
+            self.cost += left_cost + right_cost;
+            [(left, arrive), (right, begin)]
         };
-        for end in [from, to] {
-            if self.nodes[end as usize].next != FREE && angle(self.symbol(end)) == 0 {
-                self.zip(end, fresh, kind)?;
+        if piece.is_rhombus() {
+            self.cost += 1;
+            self.rhombi = self.rhombi.checked_sub(1)?;
+            self.defect -= defect_of(piece.tile(Point::ORIGIN, direction).direction);
+            if self.rhombi == 0 {
+                // More moves are forced from here.
+                self.queue_all();
             }
         }
-        for corner in fresh {
+        for end in [from, to] {
+            if self.nodes[end as usize].next != FREE && angle(self.symbol(end)) == 0 {
+                self.zip(end, fresh)?;
+            }
+        }
+        for (corner, tile) in fresh {
             if corner != FREE && self.nodes[corner as usize].next != FREE {
-                self.split_at(corner, fresh, kind)?;
+                self.split_at(corner, tile, fresh)?;
             }
         }
         Some(())
     }
 
     /// Cancels the two edges at a corner whose angle is used up, and goes on while the next corner's is used up too. One
-    /// of the two corners that meet is new, with one tile of `kind`, which the other takes over.
-    fn zip(&mut self, mut corner: Corner, fresh: [Corner; 2], kind: Kind) -> Option<()> {
+    /// of the two corners that meet is new, with one tile, which the other takes over.
+    fn zip(&mut self, mut corner: Corner, fresh: [Fresh; 2]) -> Option<()> {
+        let tile_at = |corner: Corner| fresh.iter().find(|fresh| fresh.0 == corner).map(|fresh| fresh.1);
         loop {
             let Node { next, prev, .. } = self.nodes[corner as usize];
             if next == prev {
@@ -333,23 +480,23 @@ impl Region {
                 self.remove(next);
                 return Some(());
             }
-            self.cost -= self.alphabet.fresh(kind).1;
-            let (kept, end) = if fresh.contains(&next) {
+            let (kept, end, tile) = if let Some(tile) = tile_at(next) {
                 let Node { next: beyond, direction, .. } = self.nodes[next as usize];
                 self.nodes[prev as usize].direction = direction;
                 self.remove(next);
                 self.link(prev, beyond);
-                (prev, End::Leaving)
-            } else if fresh.contains(&prev) {
+                (prev, End::Leaving, tile)
+            } else if let Some(tile) = tile_at(prev) {
                 let beyond = self.nodes[prev as usize].prev;
                 self.remove(prev);
                 self.link(beyond, next);
-                (next, End::Arriving)
+                (next, End::Arriving, tile)
             } else {
                 return None;
             };
+            self.cost -= self.alphabet.fresh(tile).1;
             self.remove(corner);
-            self.take(kept, kind, end)?;
+            self.take(kept, tile, end)?;
             if angle(self.symbol(kept)) != 0 {
                 return Some(());
             }
@@ -358,7 +505,7 @@ impl Region {
     }
 
     /// Splits the loop of a new corner that lies on another corner of it.
-    fn split_at(&mut self, corner: Corner, fresh: [Corner; 2], kind: Kind) -> Option<()> {
+    fn split_at(&mut self, corner: Corner, tile: u8, fresh: [Fresh; 2]) -> Option<()> {
         let position = self.positions[corner as usize];
         let Some(other) = self.other_at(position, corner) else { return Some(()) };
         let (before, before_other) = (self.nodes[corner as usize].prev, self.nodes[other as usize].prev);
@@ -366,8 +513,8 @@ impl Region {
             (self.nodes[arriving as usize].direction + 18 - self.nodes[leaving as usize].direction) % 12
         };
         let (leaving, arriving) = (wedge(before, other), wedge(before_other, corner));
-        let (one, two, cost) = self.alphabet.split(self.symbol(other), leaving, kind, arriving)?;
-        self.cost += cost - self.alphabet.fresh(kind).1;
+        let (one, two, cost) = self.alphabet.split(self.symbol(other), leaving, tile, arriving)?;
+        self.cost += cost - self.alphabet.fresh(tile).1;
         self.link(before, other);
         self.link(before_other, corner);
         self.nodes[other as usize].symbol = one;
@@ -375,7 +522,7 @@ impl Region {
         self.queue.extend([other, before, corner, before_other]);
         for end in [other, corner] {
             if self.nodes[end as usize].next != FREE && angle(self.symbol(end)) == 0 {
-                self.zip(end, fresh, kind)?;
+                self.zip(end, fresh)?;
             }
         }
         Some(())

@@ -53,7 +53,7 @@ pub fn find_tiling(
     let group = [Isometry::default()];
     let sweep = sweep(boundary, &group);
     let mut graph = Graph::<bool>::new(Alphabet::plain(), sweep, options.memory).shuffled(Random::new(seed));
-    let begun = graph.begin(&boundary.word(), &group, monitor).map_err(never_overflows)?;
+    let begun = graph.begin(&boundary.word(), 0, &group, monitor).map_err(never_overflows)?;
     let Some(root) = begun else { return Ok(None) };
     if !graph.evaluate(&root, monitor).map_err(never_overflows)? {
         return Ok(None);
@@ -77,7 +77,7 @@ pub fn refute(boundary: &Boundary, monitor: &Monitor) -> Result<Option<String>, 
         return Ok(Some(certificate.to_string()));
     }
     let mut graph = Graph::<bool>::new(Alphabet::plain(), Sweep::new([1, 3]), usize::MAX);
-    let begun = graph.begin(&boundary.word(), &[Isometry::default()], monitor).map_err(never_overflows)?;
+    let begun = graph.begin(&boundary.word(), 0, &[Isometry::default()], monitor).map_err(never_overflows)?;
     let Some(begun) = begun else {
         let sentence = "no tiling exists: where the angles at both ends of an edge leave one choice, the tiles that must \
                         lie there contradict each other";
@@ -226,12 +226,7 @@ impl Tilings {
         let (graph, root, Cost(least)) =
             evaluate::<Cost>(&self.boundary, &self.group, alphabet, &self.options, monitor).map_err(never_overflows)?;
         let Some(least) = least else { return Ok(None) };
-        let choose = |graph: &Graph<Cost>, alternatives: &[Alternative], ()| {
-            let cost = |alternative: &Alternative| graph.worth(alternative).and_then(|Cost(cost)| cost);
-            let best = (0..alternatives.len()).filter_map(|k| Some((cost(&alternatives[k])?, k))).min()?.1;
-            Some((best, vec![(); alternatives[best].parts.len()]))
-        };
-        let tiling = Walk::new(graph, root).assemble((), choose, monitor)?;
+        let tiling = Walk::new(graph, root).least(monitor)?;
         Ok(tiling.map(|tiling| (tiling, least)))
     }
 }
@@ -244,7 +239,7 @@ impl Boundary {
 }
 
 /// A state graph and the alternatives that were read from it.
-struct Walk<V> {
+pub(crate) struct Walk<V> {
     graph: Graph<V>,
     root: Option<Alternative>,
     /// By state; read once, used by each tiling that comes by.
@@ -252,7 +247,7 @@ struct Walk<V> {
 }
 
 impl<V: Value> Walk<V> {
-    fn new(graph: Graph<V>, root: Option<Alternative>) -> Self {
+    pub(crate) fn new(graph: Graph<V>, root: Option<Alternative>) -> Self {
         Self { graph, root, known: Vec::new() }
     }
 
@@ -296,6 +291,18 @@ impl<V: Value> Walk<V> {
     }
 }
 
+impl Walk<Cost> {
+    /// A tiling with the least cost; `None` when there is none.
+    pub(crate) fn least(mut self, monitor: &Monitor) -> Result<Option<Tiling>, TilingError> {
+        let choose = |graph: &Graph<Cost>, alternatives: &[Alternative], ()| {
+            let cost = |alternative: &Alternative| graph.worth(alternative).and_then(|Cost(cost)| cost);
+            let best = (0..alternatives.len()).filter_map(|k| Some((cost(&alternatives[k])?, k))).min()?.1;
+            Some((best, vec![(); alternatives[best].parts.len()]))
+        };
+        self.assemble((), choose, monitor)
+    }
+}
+
 impl<V: Number> Walk<V> {
     /// The tiling with this index: alternatives take consecutive ranges, parts are digits of a mixed radix.
     fn get(&mut self, index: &BigUint, monitor: &Monitor) -> Result<Option<Tiling>, TilingError> {
@@ -330,7 +337,7 @@ fn evaluate<V: Value>(
 ) -> Result<(Graph<V>, Option<Alternative>, V), Stop> {
     monitor.stage("count", 0.0)?;
     let mut graph = Graph::new(alphabet, sweep(boundary, group), options.memory);
-    let root = graph.begin(&boundary.word(), group, monitor)?;
+    let root = graph.begin(&boundary.word(), 0, group, monitor)?;
     let value = match &root {
         Some(root) => graph.evaluate(root, monitor)?,
         None => V::none(),
@@ -340,7 +347,7 @@ fn evaluate<V: Value>(
 
 /// The order in which to tile: along the direction across which the outline is narrowest, so that few corners are open
 /// at a time; along a mirror when there is one, so that both sides go forward together.
-fn sweep(boundary: &Boundary, group: &[Isometry]) -> Sweep {
+pub(crate) fn sweep(boundary: &Boundary, group: &[Isometry]) -> Sweep {
     // 1000 times the cosine of k times 7.5 degrees; even multiples of 15 degrees are mirrors, odd ones tie least.
     const COSINES: [i64; 13] = [1000, 991, 966, 924, 866, 793, 707, 609, 500, 383, 259, 131, 0];
     let cosine = |k: usize| match k % 48 {
@@ -358,7 +365,7 @@ fn sweep(boundary: &Boundary, group: &[Isometry]) -> Sweep {
 }
 
 /// For values that cannot be too large.
-fn never_overflows(stop: Stop) -> TilingError {
+pub(crate) fn never_overflows(stop: Stop) -> TilingError {
     match stop {
         Stop::Error(error) => error,
         Stop::Overflow => TilingError::Option("the weights are too large for an outline of this size".to_string()),
