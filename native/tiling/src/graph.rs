@@ -20,7 +20,7 @@ use crate::corner::Alphabet;
 use crate::plane::{Direction, Isometry, Point};
 use crate::random::Random;
 use crate::fence::Fence;
-use crate::region::{Halt, Loops, Piece, Region, Sweep};
+use crate::region::{ANY_NUMBER, Halt, Loops, Piece, Region, Sweep};
 use crate::symmetry::{Mask, TRIVIAL, bit, directions, symmetries};
 use crate::tile::{Kind, Tile};
 use hashbrown::HashTable;
@@ -112,8 +112,12 @@ pub(crate) struct Graph<V> {
     hasher: foldhash::fast::FixedState,
     /// Bytes that all of this may take.
     limit: usize,
+    /// Number of states that there may be.
+    most_states: usize,
     /// Whether there are rhombi.
     rhombic: bool,
+    /// Whether the first filling of a state is taken for the best.
+    hasty: bool,
     /// Puts alternatives in random order.
     shuffle: Option<Random>,
 }
@@ -157,7 +161,9 @@ impl<V: Value> Graph<V> {
             index: HashTable::new(),
             hasher: foldhash::fast::FixedState::with_seed(0),
             limit,
+            most_states: State::MAX as usize,
             rhombic: false,
+            hasty: false,
             shuffle: None,
         }
     }
@@ -167,10 +173,16 @@ impl<V: Value> Graph<V> {
         Self { shuffle: Some(random), ..self }
     }
 
-    /// For states with rhombi, inside a fence if there is one. A cost is their number.
-    pub(crate) fn rhombic(fence: Option<Fence>, sweep: Sweep, limit: usize) -> Self {
+    /// For states with rhombi, inside a fence if there is one. A cost is their number; a `hasty` graph is content with any
+    /// that is allowed.
+    pub(crate) fn rhombic(fence: Option<Fence>, hasty: bool, sweep: Sweep, limit: usize) -> Self {
         let plain = Self::new(Alphabet::with_rhombi(), sweep, limit);
-        Self { region: plain.region.fenced(fence), rhombic: true, ..plain }
+        Self { region: plain.region.fenced(fence), rhombic: true, hasty, ..plain }
+    }
+
+    /// Meets no more states than this.
+    pub(crate) fn limited(self, most_states: usize) -> Self {
+        Self { most_states, ..self }
     }
 
     /// Number of states met.
@@ -306,6 +318,10 @@ impl<V: Value> Graph<V> {
         }
         let certificates: Vec<Certificate> =
             loops.iter().map(|(_, word)| Certificate::new(&directions(word))).collect();
+        if self.region.rhombi() == ANY_NUMBER {
+            let is_possible = !certificates.iter().any(Certificate::refutes_rhombi);
+            return is_possible.then(|| vec![ANY_NUMBER; loops.len()]);
+        }
         let spare = total - certificates.iter().map(|certificate| certificate.defect.abs()).sum::<i32>();
         let share = |certificate: &Certificate| {
             let share = certificate.defect.abs() + spare / 2 * 2;
@@ -339,7 +355,7 @@ impl<V: Value> Graph<V> {
         self.index.insert_unique(hashed, state, |&state| hash(old(state)));
         self.ends.push(self.keys.len());
         self.values.push(None);
-        if self.bytes() > self.limit || state == State::MAX {
+        if self.bytes() > self.limit || self.states() > self.most_states {
             return Err(Stop::Error(TilingError::Memory { states: self.states(), bytes: self.limit }));
         }
         Ok(state)
@@ -431,12 +447,14 @@ impl<V: Value> Graph<V> {
 
     fn frame(&mut self, state: State, monitor: &Monitor) -> Result<Frame<V>, Stop> {
         let mut alternatives = self.alternatives(state, false, monitor)?;
-        if self.shuffle.as_mut().is_some_and(|random| random.bit() == 1) {
+        // Rhombi stay last: without them a contradiction shows sooner.
+        if alternatives.len() == 2 && self.shuffle.as_mut().is_some_and(|random| random.bit() == 1) {
             alternatives.reverse();
         }
         let Key { rhombi, word, .. } = split_key(self.key(state));
         let (rhombi, floor) = match rhombi {
             _ if !self.rhombic => (None, i64::MIN),
+            most if self.hasty => (Some(most), i64::MAX),
             0 => (Some(0), 0),
             most => (Some(most), i64::from(Certificate::new(&directions(word)).defect.abs())),
         };

@@ -21,6 +21,9 @@ use mesh::Monitor;
 /// Most edges of an outline: packed coordinates have 16 bits each.
 pub(crate) const MAX_EDGES: usize = 16_000;
 
+/// In place of a number of rhombi: no limit.
+pub(crate) const ANY_NUMBER: u16 = u16::MAX;
+
 /// Corner of a loop, by its index in the pool.
 type Corner = u32;
 
@@ -358,7 +361,7 @@ impl Region {
     /// True when a rhombus lies within the fence and leaves a defect that the other rhombi can take up.
     fn may_lie(&mut self, rhombus: Tile) -> bool {
         let left = self.defect - defect_of(rhombus.direction);
-        left.unsigned_abs() < u32::from(self.rhombi)
+        (self.rhombi == ANY_NUMBER || left.unsigned_abs() < u32::from(self.rhombi))
             && self.fence.as_mut().is_none_or(|fence| fence.admits(rhombus.corners()))
     }
 
@@ -445,11 +448,13 @@ impl Region {
         };
         if piece.is_rhombus() {
             self.cost += 1;
-            self.rhombi = self.rhombi.checked_sub(1)?;
-            self.defect -= defect_of(piece.tile(Point::ORIGIN, direction).direction);
-            if self.rhombi == 0 {
-                // More moves are forced from here.
-                self.queue_all();
+            if self.rhombi != ANY_NUMBER {
+                self.rhombi = self.rhombi.checked_sub(1)?;
+                self.defect -= defect_of(piece.tile(Point::ORIGIN, direction).direction);
+                if self.rhombi == 0 {
+                    // More moves are forced from here.
+                    self.queue_all();
+                }
             }
         }
         for end in [from, to] {

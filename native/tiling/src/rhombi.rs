@@ -6,15 +6,19 @@
 //! rhombi in a narrower band.
 //!
 //! Deviation: the paper adds the rhombus to its integer programme, and moves rhombi outwards by their cost. Here the state
-//! graph searches, with the defect of each loop that is left as a bound.
+//! graph searches, with the defect of each loop that is left as a bound. To show that a number is too small takes a search
+//! of all ways to place so many; where that has too many states, larger numbers are tried, and the result says what is
+//! proven.
 
 use crate::TilingError;
 use crate::boundary::Boundary;
 use crate::certificate::Certificate;
 use crate::fence::Fence;
-use crate::graph::Graph;
+use crate::graph::{Alternative, Graph, Value};
 use crate::options::Options;
 use crate::plane::Isometry;
+use crate::random::Random;
+use crate::region::ANY_NUMBER;
 use crate::tile::{Kind, Tiling};
 use crate::tilings::{Walk, find_tiling, never_overflows, sweep};
 use crate::value::{ByRhombi, Cost};
@@ -24,26 +28,33 @@ use num_bigint::BigUint;
 /// Bands tried, in edges from the outline's corners; after them rhombi may lie anywhere.
 const BANDS: [f64; 4] = [0.0, 1.0, 2.0, 4.0];
 
+/// Most states of one search: about a second.
+const MOST_STATES: usize = 50_000;
+
 /// A tiling by triangles, squares and as few thin rhombi as there can be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WithRhombi {
     /// The tiles.
     pub tiling: Tiling,
-    /// How many of them are rhombi; proven to be the fewest.
+    /// How many of them are rhombi.
     pub rhombi: usize,
+    /// No tiling has fewer than this: equal to `rhombi` but where the proof would have taken too long.
+    pub at_least: usize,
     /// The greatest distance of a rhombus's nearest corner from the nearest corner of the outline, in edges: 0 when all
     /// rhombi touch the outline, and when there are none.
     pub depth: f64,
 }
 
 /// A tiling of an outline with the fewest thin rhombi, none when it has a tiling without; `None` when no number of rhombi
-/// helps. Another seed may give another tiling, with as many.
+/// helps. Another seed may give another tiling.
 ///
 /// # Errors
-/// [`TilingError::Memory`] when the states do not fit, [`TilingError::Cancelled`].
+/// [`TilingError::Memory`] when a tiling without rhombi was neither found nor ruled out within the memory, or none was
+/// found with any number of rhombi; [`TilingError::Cancelled`].
 ///
 /// # Source
-/// Peng et al. 2018, 6. Time and memory grow exponentially with the number of rhombi and with the width of the outline.
+/// Peng et al. 2018, 6. Milliseconds for outlines of 60 edges that lack a few rhombi; seconds where the certificate's
+/// lower bound is not reached.
 pub fn tile_with_rhombi(
     boundary: &Boundary,
     seed: u64,
@@ -53,35 +64,120 @@ pub fn tile_with_rhombi(
     let certificate = Certificate::new(boundary.directions());
     if !certificate.refutes() {
         if let Some(tiling) = find_tiling(boundary, seed, options, monitor)? {
-            return Ok(Some(WithRhombi { tiling, rhombi: 0, depth: 0.0 }));
+            return Ok(Some(WithRhombi { tiling, rhombi: 0, at_least: 0, depth: 0.0 }));
         }
+    }
+    if certificate.refutes_rhombi() {
+        return Ok(None);
+    }
+    let mut search = Search { boundary, seed, options, monitor, cut: None };
+    if search.is_impossible()? {
+        return Ok(None);
     }
     // What is not triangles has the area of its squares and half as much for each rhombus.
-    let most = 2 * certificate.square_count() + certificate.defect;
-    let fewest = if certificate.defect == 0 { 2 } else { certificate.defect.abs() };
-    for rhombi in (fewest..=most.min(i32::from(u16::MAX))).step_by(2) {
-        if certificate.refutes_with_rhombi(rhombi) {
-            continue;
+    let most = (2 * certificate.square_count() + certificate.defect).min(i32::from(ANY_NUMBER) - 1);
+    let (mut at_least, mut step) = (if certificate.defect == 0 { 2 } else { certificate.defect.abs() }, 2);
+    let mut rhombi = at_least;
+    search.cut = None;
+    while rhombi <= most {
+        // Nearly always the narrowest band does; where it does not, whether any does is asked before which.
+        if let Some(found) = search.tiling(rhombi, Some(BANDS[0]))? {
+            return search.fewer(found, at_least).map(Some);
         }
-        for band in BANDS.into_iter().map(Some).chain([None]) {
-            monitor.stage("rhombi", 0.0)?;
-            let fence = band.map(|reach| Fence::new(boundary.points(), reach));
-            let mut graph =
-                Graph::<Cost>::rhombic(fence, sweep(boundary, &[Isometry::default()]), options.memory);
-            let begun = graph.begin(&boundary.word(), rhombi as u16, &[Isometry::default()], monitor);
-            let Some(root) = begun.map_err(never_overflows)? else { continue };
-            let found = graph.evaluate(&root, monitor).map_err(never_overflows)?;
-             if std::env::var("TRACE").is_ok() { eprintln!("  k {rhombi} band {band:?}: {} states, {found:?}", graph.states()); }
-            if found.0.is_none_or(|found| found > i64::from(rhombi)) {
-                continue;
+        if let Some(found) = search.tiling(rhombi, None)? {
+            return search.fewer(found, at_least).map(Some);
+        }
+        if search.cut.is_none() {
+            at_least = rhombi + 2;
+        } else {
+            step *= 2;
+        }
+        rhombi = if rhombi < most { most.min(rhombi + step) } else { most + 2 };
+    }
+    search.cut.map_or(Ok(None), Err)
+}
+
+struct Search<'a> {
+    boundary: &'a Boundary,
+    seed: u64,
+    options: &'a Options,
+    monitor: &'a Monitor,
+    /// The first search that met too many states.
+    cut: Option<TilingError>,
+}
+
+impl Search<'_> {
+    /// True when no number of rhombi helps, for sure.
+    fn is_impossible(&mut self) -> Result<bool, TilingError> {
+        let found = self.evaluate::<bool>(ANY_NUMBER, None)?;
+        Ok(self.cut.is_none() && !found.is_some_and(|(_, _, found)| found))
+    }
+
+    /// The same or a tiling with fewer rhombi, at least this many; of these, one in the narrowest band.
+    fn fewer(&mut self, mut best: WithRhombi, at_least: i32) -> Result<WithRhombi, TilingError> {
+        best.at_least = at_least as usize;
+        while best.rhombi > best.at_least {
+            let rhombi = best.rhombi as i32 - 2;
+            let Some(found) = self.tiling(rhombi, Some(BANDS[0]))?.or(self.tiling(rhombi, None)?) else { break };
+            best = WithRhombi { at_least: best.at_least, ..found };
+        }
+        for band in BANDS {
+            if best.depth <= band {
+                break;
             }
-            if let Some(tiling) = Walk::new(graph, Some(root)).least(monitor)? {
-                let depth = depth(&tiling, boundary);
-                return Ok(Some(WithRhombi { rhombi: tiling.count(Kind::Rhombus), tiling, depth }));
+            if let Some(found) = self.tiling(best.rhombi as i32, Some(band))? {
+                return Ok(WithRhombi { at_least: best.at_least, ..found });
             }
+        }
+        Ok(best)
+    }
+
+    /// A tiling with up to this many rhombi, within a band along the outline if there is one.
+    fn tiling(&mut self, rhombi: i32, band: Option<f64>) -> Result<Option<WithRhombi>, TilingError> {
+        let Some((graph, root, Cost(Some(found)))) = self.evaluate::<Cost>(rhombi as u16, band)? else {
+            return Ok(None);
+        };
+        if found > i64::from(rhombi) {
+            return Ok(None);
+        }
+        let tiling = Walk::new(graph, Some(root)).least(self.monitor)?;
+        Ok(tiling.map(|tiling| WithRhombi {
+            rhombi: tiling.count(Kind::Rhombus),
+            at_least: 0,
+            depth: depth(&tiling, self.boundary),
+            tiling,
+        }))
+    }
+
+    /// The state graph of the outline, and what the whole is worth; `None` when forced moves contradict each other, or the
+    /// search is cut, which is kept.
+    #[allow(clippy::type_complexity)] // Three things that belong together only here.
+    fn evaluate<V: Value>(
+        &mut self,
+        rhombi: u16,
+        band: Option<f64>,
+    ) -> Result<Option<(Graph<V>, Alternative, V)>, TilingError> {
+        self.monitor.stage("rhombi", 0.0)?;
+        let group = [Isometry::default()];
+        let fence = band.map(|reach| Fence::new(self.boundary.points(), reach));
+        // After a cut the number of rhombi is no lower bound any more.
+        let hasty = self.cut.is_some();
+        let graph = Graph::<V>::rhombic(fence, hasty, sweep(self.boundary, &group), self.options.memory);
+        let mut graph = graph.limited(MOST_STATES).shuffled(Random::new(self.seed));
+        let begun = graph.begin(&self.boundary.word(), rhombi, &group, self.monitor).map_err(never_overflows)?;
+        let Some(root) = begun else { return Ok(None) };
+        let t = std::time::Instant::now();
+        let r = graph.evaluate(&root, self.monitor).map_err(never_overflows);
+        if std::env::var("TRACE").is_ok() { eprintln!("  k {rhombi} band {band:?} hasty {hasty}: {} states, {:?} {:.0?}", graph.states(), r.is_ok(), t.elapsed()); }
+        match r {
+            Ok(value) => Ok(Some((graph, root, value))),
+            Err(error @ TilingError::Memory { .. }) => {
+                self.cut.get_or_insert(error);
+                Ok(None)
+            }
+            Err(error) => Err(error),
         }
     }
-    Ok(None)
 }
 
 /// Numbers of tilings of an outline with 0, 1, 2 ... up to `most` thin rhombi, exactly.
@@ -107,10 +203,10 @@ pub fn count_with_rhombi(
     }
     monitor.stage("rhombi", 0.0)?;
     let group = [Isometry::default()];
-    let mut graph = Graph::<ByRhombi>::rhombic(None, sweep(boundary, &group), options.memory);
+    let mut graph = Graph::<ByRhombi>::rhombic(None, false, sweep(boundary, &group), options.memory);
     let counted = graph.begin(&boundary.word(), highest as u16, &group, monitor).and_then(|root| match root {
         Some(root) => graph.evaluate(&root, monitor),
-        None => Ok(crate::graph::Value::none()),
+        None => Ok(Value::none()),
     });
     let ByRhombi(found) = counted.map_err(never_overflows)?;
     for (count, found) in counts.iter_mut().zip(found) {
