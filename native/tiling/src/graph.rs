@@ -447,9 +447,12 @@ impl<V: Value> Graph<V> {
 
     fn frame(&mut self, state: State, monitor: &Monitor) -> Result<Frame<V>, Stop> {
         let mut alternatives = self.alternatives(state, false, monitor)?;
-        // Rhombi stay last: without them a contradiction shows sooner.
-        if alternatives.len() == 2 && self.shuffle.as_mut().is_some_and(|random| random.bit() == 1) {
-            alternatives.reverse();
+        if let Some(random) = &mut self.shuffle {
+            // Rhombi stay last: without them a contradiction shows sooner. Not in haste, where chance does better.
+            let mixed = if self.hasty { alternatives.len() } else { alternatives.len().min(2) };
+            for k in (1..mixed).rev() {
+                alternatives.swap(k, random.index(k + 1));
+            }
         }
         let Key { rhombi, word, .. } = split_key(self.key(state));
         let (rhombi, floor) = match rhombi {

@@ -28,8 +28,9 @@ use num_bigint::BigUint;
 /// Bands tried, in edges from the outline's corners; after them rhombi may lie anywhere.
 const BANDS: [f64; 4] = [0.0, 1.0, 2.0, 4.0];
 
-/// Most states of one search: about a second.
-const MOST_STATES: usize = 50_000;
+/// Most states of one search: about a second; and of one that takes what it finds first.
+const MOST_STATES: usize = 30_000;
+const HASTY_STATES: usize = 4_000;
 
 /// A tiling by triangles, squares and as few thin rhombi as there can be.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,8 +50,8 @@ pub struct WithRhombi {
 /// helps. Another seed may give another tiling.
 ///
 /// # Errors
-/// [`TilingError::Memory`] when a tiling without rhombi was neither found nor ruled out within the memory, or none was
-/// found with any number of rhombi; [`TilingError::Cancelled`].
+/// [`TilingError::Memory`] when a tiling without rhombi was neither found nor ruled out within the memory;
+/// [`TilingError::Unsettled`] when none was found with any number of rhombi, nor ruled out; [`TilingError::Cancelled`].
 ///
 /// # Source
 /// Peng et al. 2018, 6. Milliseconds for outlines of 60 edges that lack a few rhombi; seconds where the certificate's
@@ -70,31 +71,36 @@ pub fn tile_with_rhombi(
     if certificate.refutes_rhombi() {
         return Ok(None);
     }
-    let mut search = Search { boundary, seed, options, monitor, cut: None };
+    let mut search = Search { boundary, seed, options, monitor, is_cut: false };
+    let mut at_least = if certificate.defect == 0 { 2 } else { certificate.defect.abs() };
+    // Nearly always the certificate's number touches the border.
+    if let Some(found) = search.tiling(at_least, Some(BANDS[0]))? {
+        return search.fewer(found, at_least).map(Some);
+    }
+    search.is_cut = false;
     if search.is_impossible()? {
         return Ok(None);
     }
+    search.is_cut = false;
     // What is not triangles has the area of its squares and half as much for each rhombus.
     let most = (2 * certificate.square_count() + certificate.defect).min(i32::from(ANY_NUMBER) - 1);
-    let (mut at_least, mut step) = (if certificate.defect == 0 { 2 } else { certificate.defect.abs() }, 2);
-    let mut rhombi = at_least;
-    search.cut = None;
+    let (mut rhombi, mut step) = (at_least, 2);
     while rhombi <= most {
-        // Nearly always the narrowest band does; where it does not, whether any does is asked before which.
+        // Whether any band does is asked before which.
         if let Some(found) = search.tiling(rhombi, Some(BANDS[0]))? {
             return search.fewer(found, at_least).map(Some);
         }
         if let Some(found) = search.tiling(rhombi, None)? {
             return search.fewer(found, at_least).map(Some);
         }
-        if search.cut.is_none() {
+        if !search.is_cut {
             at_least = rhombi + 2;
         } else {
             step *= 2;
         }
         rhombi = if rhombi < most { most.min(rhombi + step) } else { most + 2 };
     }
-    search.cut.map_or(Ok(None), Err)
+    if search.is_cut { Err(TilingError::Unsettled { states: MOST_STATES }) } else { Ok(None) }
 }
 
 struct Search<'a> {
@@ -102,24 +108,34 @@ struct Search<'a> {
     seed: u64,
     options: &'a Options,
     monitor: &'a Monitor,
-    /// The first search that met too many states.
-    cut: Option<TilingError>,
+    /// Whether a search met too many states, so that nothing follows from its finding nothing.
+    is_cut: bool,
 }
 
 impl Search<'_> {
     /// True when no number of rhombi helps, for sure.
     fn is_impossible(&mut self) -> Result<bool, TilingError> {
         let found = self.evaluate::<bool>(ANY_NUMBER, None)?;
-        Ok(self.cut.is_none() && !found.is_some_and(|(_, _, found)| found))
+        Ok(!self.is_cut && !found.is_some_and(|(_, _, found)| found))
     }
 
     /// The same or a tiling with fewer rhombi, at least this many; of these, one in the narrowest band.
     fn fewer(&mut self, mut best: WithRhombi, at_least: i32) -> Result<WithRhombi, TilingError> {
         best.at_least = at_least as usize;
-        while best.rhombi > best.at_least {
-            let rhombi = best.rhombi as i32 - 2;
-            let Some(found) = self.tiling(rhombi, Some(BANDS[0]))?.or(self.tiling(rhombi, None)?) else { break };
-            best = WithRhombi { at_least: best.at_least, ..found };
+        let (mut low, mut high) = (at_least, best.rhombi as i32);
+        while low < high {
+            let middle = low + (high - low) / 4 * 2;
+            let found = match self.tiling(middle, Some(BANDS[0]))? {
+                None => self.tiling(middle, None)?,
+                found => found,
+            };
+            match found {
+                Some(found) => {
+                    high = found.rhombi as i32;
+                    best = WithRhombi { at_least: best.at_least, ..found };
+                }
+                None => low = middle + 2,
+            }
         }
         for band in BANDS {
             if best.depth <= band {
@@ -161,18 +177,15 @@ impl Search<'_> {
         let group = [Isometry::default()];
         let fence = band.map(|reach| Fence::new(self.boundary.points(), reach));
         // After a cut the number of rhombi is no lower bound any more.
-        let hasty = self.cut.is_some();
+        let hasty = self.is_cut;
         let graph = Graph::<V>::rhombic(fence, hasty, sweep(self.boundary, &group), self.options.memory);
-        let mut graph = graph.limited(MOST_STATES).shuffled(Random::new(self.seed));
+        let mut graph = graph.limited(if hasty { HASTY_STATES } else { MOST_STATES }).shuffled(Random::new(self.seed));
         let begun = graph.begin(&self.boundary.word(), rhombi, &group, self.monitor).map_err(never_overflows)?;
         let Some(root) = begun else { return Ok(None) };
-        let t = std::time::Instant::now();
-        let r = graph.evaluate(&root, self.monitor).map_err(never_overflows);
-        if std::env::var("TRACE").is_ok() { eprintln!("  k {rhombi} band {band:?} hasty {hasty}: {} states, {:?} {:.0?}", graph.states(), r.is_ok(), t.elapsed()); }
-        match r {
+        match graph.evaluate(&root, self.monitor).map_err(never_overflows) {
             Ok(value) => Ok(Some((graph, root, value))),
-            Err(error @ TilingError::Memory { .. }) => {
-                self.cut.get_or_insert(error);
+            Err(TilingError::Memory { .. }) => {
+                self.is_cut = true;
                 Ok(None)
             }
             Err(error) => Err(error),
