@@ -234,7 +234,9 @@ fn fill(open: &[[Vector; 2]], placed: &mut Vec<Vec<Vector>>, outline: &[Vector],
     let candidates = [(tile(a, direction, 3), 0), (tile(a, direction, 4), 0), (rhombus(1), 1), (rhombus(5), 1)];
     for (candidate, more) in candidates {
         let rhombi = rhombi + more;
-        if rhombi >= counts.len() || !inside(&candidate, outline) || placed.iter().any(|other| overlap(other, &candidate))
+        if rhombi >= counts.len()
+            || !inside(&candidate, outline)
+            || placed.iter().any(|other| overlap(other, &candidate))
         {
             continue;
         }

@@ -17,9 +17,9 @@
 use crate::TilingError;
 use crate::certificate::Certificate;
 use crate::corner::Alphabet;
+use crate::fence::Fence;
 use crate::plane::{Direction, Isometry, Point};
 use crate::random::Random;
-use crate::fence::Fence;
 use crate::region::{ANY_NUMBER, Halt, Loops, Piece, Region, Sweep};
 use crate::symmetry::{Mask, TRIVIAL, bit, directions, symmetries};
 use crate::tile::{Kind, Tile};

@@ -63,10 +63,10 @@ pub fn tile_with_rhombi(
     monitor: &Monitor,
 ) -> Result<Option<WithRhombi>, TilingError> {
     let certificate = Certificate::new(boundary.directions());
-    if !certificate.refutes() {
-        if let Some(tiling) = find_tiling(boundary, seed, options, monitor)? {
-            return Ok(Some(WithRhombi { tiling, rhombi: 0, at_least: 0, depth: 0.0 }));
-        }
+    if !certificate.refutes()
+        && let Some(tiling) = find_tiling(boundary, seed, options, monitor)?
+    {
+        return Ok(Some(WithRhombi { tiling, rhombi: 0, at_least: 0, depth: 0.0 }));
     }
     if certificate.refutes_rhombi() {
         return Ok(None);
@@ -93,10 +93,10 @@ pub fn tile_with_rhombi(
         if let Some(found) = search.tiling(rhombi, None)? {
             return search.fewer(found, at_least).map(Some);
         }
-        if !search.is_cut {
-            at_least = rhombi + 2;
-        } else {
+        if search.is_cut {
             step *= 2;
+        } else {
+            at_least = rhombi + 2;
         }
         rhombi = if rhombi < most { most.min(rhombi + step) } else { most + 2 };
     }
@@ -232,5 +232,7 @@ pub fn count_with_rhombi(
 fn depth(tiling: &Tiling, boundary: &Boundary) -> f64 {
     let mut fence = Fence::new(boundary.points(), 0.0);
     let rhombi = tiling.tiles.iter().filter(|tile| tile.kind == Kind::Rhombus);
-    rhombi.map(|tile| tile.corners().map(|corner| fence.distance(corner)).fold(f64::INFINITY, f64::min)).fold(0.0, f64::max)
+    rhombi
+        .map(|tile| tile.corners().map(|corner| fence.distance(corner)).fold(f64::INFINITY, f64::min))
+        .fold(0.0, f64::max)
 }

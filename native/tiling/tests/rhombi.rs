@@ -4,9 +4,7 @@ use mesh::Monitor;
 use std::collections::BTreeSet;
 use testkit::outlines;
 use testkit::random::Random;
-use tiling::{
-    Boundary, Certificate, Kind, Options, Point, Tiling, count_with_rhombi, tile_with_rhombi,
-};
+use tiling::{Boundary, Certificate, Kind, Options, Point, Tiling, count_with_rhombi, tile_with_rhombi};
 
 fn boundary(code: &[u8]) -> Boundary {
     Boundary::new(code).unwrap_or_else(|error| panic!("{code:?}: {error}"))
