@@ -130,7 +130,13 @@ impl Alphabet {
 
     /// The corner that is left when a tile with an angle of `tile` takes one end of it, and the cost settled; `None` when
     /// it does not fit.
+    #[inline]
     pub(crate) fn take(&self, symbol: Symbol, tile: u8, end: End) -> Option<(Symbol, i64)> {
+        if symbol >> 4 == 0 {
+            // Nothing is remembered: the angle is all.
+            let left = symbol.wrapping_sub(tile);
+            return (left < 12 && (left != 1 || self.sharp)).then_some((left, 0));
+        }
         let step = self.steps[SLOT[tile as usize]][end as usize][usize::from(symbol & 63)];
         (step.symbol != DEAD).then_some((step.symbol, step.cost))
     }

@@ -104,9 +104,25 @@ fn unpack(mut packed: i64) -> Point {
     }))
 }
 
-/// A position in 32 bits, to look for equal ones four at a time. Different positions may share one.
-fn mark(position: i64) -> u32 {
-    ((position as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as u32
+/// How many corners lie at positions of the same hash: nearly always tells that a corner is alone at its place.
+#[derive(Debug, Default)]
+struct Crowd {
+    counts: Vec<u16>,
+    shift: u32,
+}
+
+impl Crowd {
+    /// Empty, for about this many corners.
+    fn clear(&mut self, corners: usize) {
+        let bits = (16 * corners).next_power_of_two().trailing_zeros().clamp(6, 20);
+        self.shift = 64 - bits;
+        self.counts.clear();
+        self.counts.resize(1 << bits, 0);
+    }
+
+    fn at(&mut self, position: i64) -> &mut u16 {
+        &mut self.counts[((position as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> self.shift) as usize]
+    }
 }
 
 /// A linear order of the plane's directions in exact integers: the branch edge lies at the lowest corner in it.
@@ -180,7 +196,7 @@ pub(crate) struct Region {
     units: [i64; 12],
     nodes: Vec<Node>,
     positions: Vec<i64>,
-    marks: Vec<u32>,
+    crowd: Crowd,
     free: Vec<Corner>,
     /// Edges to look at again, by the corner they leave.
     queue: Vec<Corner>,
@@ -206,7 +222,7 @@ impl Region {
             units: std::array::from_fn(|d| pack(Point::unit(d as u8))),
             nodes: Vec::new(),
             positions: Vec::new(),
-            marks: Vec::new(),
+            crowd: Crowd::default(),
             free: Vec::new(),
             queue: Vec::new(),
             placed: Vec::new(),
@@ -246,13 +262,13 @@ impl Region {
     pub(crate) fn load(&mut self, word: &[u8]) {
         self.nodes.clear();
         self.positions.clear();
-        self.marks.clear();
         self.free.clear();
         self.queue.clear();
         self.placed.clear();
         self.cost = 0;
         self.rhombi = 0;
         let (mut direction, symbols) = (word[0], &word[1..]);
+        self.crowd.clear(symbols.len());
         let last = symbols.len() as Corner - 1;
         let mut position = 0;
         for (k, &symbol) in symbols.iter().enumerate() {
@@ -263,7 +279,7 @@ impl Region {
             let (next, prev) = (if k == last { 0 } else { k + 1 }, if k == 0 { last } else { k - 1 });
             self.nodes.push(Node { next, prev, symbol, direction });
             self.positions.push(position);
-            self.marks.push(mark(position));
+            *self.crowd.at(position) += 1;
             position += self.units[direction as usize];
         }
     }
@@ -330,12 +346,18 @@ impl Region {
     }
 
     /// The pieces that the corners at both ends of an edge admit, by [`Piece::bit`].
+    #[inline]
     fn fitting(&mut self, corner: Corner) -> u8 {
-        let Node { next, symbol, direction, .. } = self.nodes[corner as usize];
+        let Node { next, symbol, .. } = self.nodes[corner as usize];
         let (from, to) = (angle(symbol), angle(self.symbol(next)));
         if self.rhombi == 0 {
             return ADMITS[from as usize] & ADMITS[to as usize];
         }
+        self.fitting_with_rhombi(corner, from, to)
+    }
+
+    fn fitting_with_rhombi(&mut self, corner: Corner, from: u8, to: u8) -> u8 {
+        let direction = self.nodes[corner as usize].direction;
         let origin = unpack(self.positions[corner as usize]) + self.base;
         let end = origin + Point::unit(direction);
         let mut bits = 0;
@@ -386,44 +408,44 @@ impl Region {
         let corner = if let Some(corner) = self.free.pop() {
             self.nodes[corner as usize] = node;
             self.positions[corner as usize] = position;
-            self.marks[corner as usize] = mark(position);
             corner
         } else {
             self.nodes.push(node);
             self.positions.push(position);
-            self.marks.push(mark(position));
             self.nodes.len() as Corner - 1
         };
+        *self.crowd.at(position) += 1;
         self.queue.push(corner);
         corner
     }
 
     fn remove(&mut self, corner: Corner) {
         self.nodes[corner as usize].next = FREE;
+        *self.crowd.at(self.positions[corner as usize]) -= 1;
         self.positions[corner as usize] = NOWHERE;
-        self.marks[corner as usize] = mark(NOWHERE);
         self.free.push(corner);
     }
 
     /// Lets a tile take an end of a corner. `None` when it does not fit.
     fn take(&mut self, corner: Corner, tile: u8, end: End) -> Option<()> {
-        let (symbol, cost) = self.alphabet.take(self.symbol(corner), tile, end)?;
         let node = &mut self.nodes[corner as usize];
+        let (symbol, cost) = self.alphabet.take(node.symbol, tile, end)?;
         node.symbol = symbol;
         self.cost += cost;
-        let before = node.prev;
-        self.queue.extend([corner, before]);
         Some(())
     }
 
     /// Puts a tile on the edge that leaves `from`. `None` when it does not fit.
     fn place(&mut self, from: Corner, piece: Piece) -> Option<()> {
-        let Node { next: to, direction, .. } = self.nodes[from as usize];
+        let Node { next: to, prev: before, direction, .. } = self.nodes[from as usize];
         let origin = self.positions[from as usize];
         let [begin, arrive] = piece.angles();
         self.placed.push((origin, direction, piece));
         self.take(from, begin, End::Leaving)?;
         self.take(to, arrive, End::Arriving)?;
+        for corner in [before, from, to] {
+            self.queue.push(corner);
+        }
         let up = (direction + begin) % 12;
         let above = origin + self.units[up as usize];
         self.nodes[from as usize].direction = up;
@@ -502,6 +524,8 @@ impl Region {
             self.cost -= self.alphabet.fresh(tile).1;
             self.remove(corner);
             self.take(kept, tile, end)?;
+            self.queue.push(kept);
+            self.queue.push(self.nodes[kept as usize].prev);
             if angle(self.symbol(kept)) != 0 {
                 return Some(());
             }
@@ -524,7 +548,9 @@ impl Region {
         self.link(before_other, corner);
         self.nodes[other as usize].symbol = one;
         self.nodes[corner as usize].symbol = two;
-        self.queue.extend([other, before, corner, before_other]);
+        for corner in [other, before, corner, before_other] {
+            self.queue.push(corner);
+        }
         for end in [other, corner] {
             if self.nodes[end as usize].next != FREE && angle(self.symbol(end)) == 0 {
                 self.zip(end, fresh)?;
@@ -534,10 +560,8 @@ impl Region {
     }
 
     /// Another corner of the same loop at the same place.
-    fn other_at(&self, position: i64, corner: Corner) -> Option<Corner> {
-        // Nearly always the corner is alone: count without a branch, which the compiler turns into wide comparisons.
-        let mark = mark(position);
-        if self.marks.iter().map(|&other| u32::from(other == mark)).sum::<u32>() == 1 {
+    fn other_at(&mut self, position: i64, corner: Corner) -> Option<Corner> {
+        if *self.crowd.at(position) == 1 {
             return None;
         }
         let same_loop = |other: Corner| {
