@@ -162,7 +162,8 @@ struct Boundary {
     verdict: &'static str,
     /// What is wrong and what to change, or what any tiling consists of.
     sentence: String,
-    /// (N,) int32: the corners at fault; for "not_simple" pairs of edges, by the corners they leave.
+    /// (N,) int32: the corners at fault; for "not_simple" pairs of edges, by the corners they leave; for "refuted" one
+    /// whose leaving edge no tile fits, if that is the reason.
     corners: Py<PyArray1<i32>>,
     /// (V, 2) float64: the corners, the first at the origin and the first edge along x; and the end when it is open.
     points: Py<PyArray2<f64>>,

@@ -4,6 +4,7 @@
 //! ones through a random field. The state graph counts them all; an index is then decoded digit by digit.
 
 use crate::TilingError;
+use crate::border::Conflict;
 use crate::boundary::Boundary;
 use crate::certificate::Certificate;
 use crate::corner::Alphabet;
@@ -66,26 +67,47 @@ pub fn find_tiling(
     Walk::new(graph, Some(root)).assemble((), choose, monitor)
 }
 
-/// Why an outline has no tiling, when that takes no search: its [`Certificate`], or forced moves that contradict each other
-/// or leave a loop whose certificate does. `None` says nothing: it may have tilings or not. Costs microseconds.
+/// Why an outline has no tiling.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refutation {
+    /// The reason.
+    pub sentence: String,
+    /// Where it shows, as indices into the code; empty when it is not in one place.
+    pub corners: Vec<u32>,
+}
+
+impl From<String> for Refutation {
+    fn from(sentence: String) -> Self {
+        Self { sentence, corners: Vec::new() }
+    }
+}
+
+/// Why an outline has no tiling, when that takes no search: its [`Certificate`], or tiles along the border that do not fit its
+/// corners ([`Certificate::border_conflict`]); else forced moves that contradict each other or leave a loop whose
+/// certificate does. `None` says nothing: it may have tilings or not. Costs microseconds.
 ///
 /// # Errors
 /// [`TilingError::Cancelled`].
-pub fn refute(boundary: &Boundary, monitor: &Monitor) -> Result<Option<String>, TilingError> {
+pub fn refute(boundary: &Boundary, monitor: &Monitor) -> Result<Option<Refutation>, TilingError> {
     let certificate = Certificate::new(boundary.directions());
     if certificate.refutes() {
-        return Ok(Some(certificate.to_string()));
+        return Ok(Some(certificate.to_string().into()));
+    }
+    if let Some(conflict) = certificate.border_conflict(boundary.directions()) {
+        let corners = if let Conflict::Edge(corner) = conflict { vec![corner] } else { Vec::new() };
+        return Ok(Some(Refutation { sentence: conflict.to_string(), corners }));
     }
     let mut graph = Graph::<bool>::new(Alphabet::plain(), Sweep::new([1, 3]), usize::MAX);
     let begun = graph.begin(&boundary.word(), 0, &[Isometry::default()], monitor).map_err(never_overflows)?;
     let Some(begun) = begun else {
         let sentence = "no tiling exists: where the angles at both ends of an edge leave one choice, the tiles that must \
                         lie there contradict each other";
-        return Ok(Some(sentence.to_owned()));
+        return Ok(Some(sentence.to_owned().into()));
     };
     let left = begun.parts.iter().map(|part| Certificate::new(&graph.directions(part.state)));
     let refuted = left.into_iter().find(Certificate::refutes);
-    Ok(refuted.map(|certificate| format!("after the tiles that must lie along the outline are placed, {certificate}")))
+    let sentence = |left| format!("after the tiles that must lie along the outline are placed, {left}");
+    Ok(refuted.map(|certificate| sentence(certificate).into()))
 }
 
 /// All tilings of an outline, or all that have certain symmetries, in a fixed order.
