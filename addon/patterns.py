@@ -109,8 +109,8 @@ def lay(request: Request, progress: native.Progress | None) -> Layout:
     if place.rhombic:
         tiling = native.find_tiling(place.code, _seed(request), rhombi=True, memory=_bytes(request), progress=progress)
         text = (
-            "No pattern of triangles and squares fills the outline: {count} thin rhombi close it. Turn off Straight Sides for a "
-            "near outline without"
+            "No pattern of triangles and squares fills the outline: {count} thin rhombi close it. Turn off Straight Sides for "
+            "a near outline without"
         )
         layout = _layout(request, place, tiling, None, notes)
         note = (text, {"count": int((layout.kinds == RHOMBUS).sum())})

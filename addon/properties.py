@@ -132,8 +132,8 @@ class TileCurveOptions:
     straight: BoolProperty(
         name="Straight Sides",
         description="Where all angles are multiples of 30 degrees, keep the sides straight, with whole panels along each, if a "
-        "pattern exists, with thin rhombi where whole panels fit exactly but no pattern does. Otherwise the border runs along the "
-        "outline in zigzag",
+        "pattern exists, or thin rhombi help where whole panels fit exactly. Otherwise the border runs along the outline in "
+        "zigzag",
         default=True,
     )
     fix_rotation: BoolProperty(

@@ -269,7 +269,8 @@ class Tiling:
         rhombi."""
     @property
     def configurations(self) -> dict[str, int]:
-        """How many inner vertices, those of rhombi apart, have each configuration: "triangles", "squares", "rows", "butterfly"."""
+        """How many inner vertices, those of rhombi apart, have each configuration: "triangles", "squares", "rows",
+        "butterfly"."""
     def svg(self, width: int = 800) -> str:
         """A picture, `width` pixels wide: triangles warm, squares cold, a shade for each orientation; rhombi magenta."""
 

@@ -192,7 +192,7 @@ fn rhombi() -> Result<Vec<Picture>> {
     for (code, repairs) in [(spoilt, true), (zonogon([4, 3, 1, 3, 2, 2]), false)] {
         let outline = Boundary::new(&code)?;
         let found = tile_with_rhombi(&outline, 1, &options, &monitor)?.ok_or("rhombi help")?;
-        let title = format!("{} rhombi, at least {}", found.tiling.count(Kind::Rhombus), found.at_least);
+        let title = format!("rhombi: {}, at least {}", found.tiling.count(Kind::Rhombus), found.at_least);
         pictures.push(Picture::new(&found.tiling, &[], title));
         if let Some(repaired) = if repairs { repair(&outline, &options, &monitor)? } else { None } {
             let mut all = Tilings::new(&repaired.boundary, &options, &monitor)?;
@@ -201,7 +201,7 @@ fn rhombi() -> Result<Vec<Picture>> {
             // An exchange at the first corner or the last turns or shifts the frame: then the old outline is left out.
             let last = code.len() as u32 - 1;
             let frame_kept = repaired.corners.iter().all(|&corner| corner != 0 && corner != last && corner != 1);
-            let title = format!("repaired by {} exchanges", repaired.corners.len());
+            let title = format!("exchanges that repair it: {}", repaired.corners.len());
             pictures.push(Picture::new(&drawn, if frame_kept { &before } else { &[] }, title));
         }
     }

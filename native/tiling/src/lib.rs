@@ -17,6 +17,7 @@ mod inflate;
 mod nearest;
 mod options;
 mod paths;
+mod peel;
 mod picture;
 mod plane;
 mod programme;

@@ -31,7 +31,7 @@ type Corner = u32;
 type Fresh = (Corner, u8);
 
 /// What a thin rhombus with its sharp corner towards this direction adds to the certificate's defect.
-fn defect_of(direction: Direction) -> i32 {
+pub(crate) fn defect_of(direction: Direction) -> i32 {
     if direction.is_multiple_of(2) { -1 } else { 1 }
 }
 

@@ -16,6 +16,7 @@ use crate::certificate::Certificate;
 use crate::fence::Fence;
 use crate::graph::{Alternative, Graph, Value};
 use crate::options::Options;
+use crate::peel::peel;
 use crate::plane::Isometry;
 use crate::random::Random;
 use crate::region::ANY_NUMBER;
@@ -27,6 +28,9 @@ use num_bigint::BigUint;
 
 /// Bands tried, in edges from the outline's corners; after them rhombi may lie anywhere.
 const BANDS: [f64; 4] = [0.0, 1.0, 2.0, 4.0];
+
+/// Rhombi of either sign beyond the certificate's number, tried along the border when searches settle nothing.
+const PAIRS: [usize; 4] = [1, 2, 4, 8];
 
 /// Most states of one search: about a second; and of one that takes what it finds first.
 const MOST_STATES: usize = 30_000;
@@ -77,6 +81,11 @@ pub fn tile_with_rhombi(
     if let Some(found) = search.tiling(at_least, Some(BANDS[0]))? {
         return search.fewer(found, at_least).map(Some);
     }
+    if search.is_cut
+        && let Some(found) = search.peeled(0)?
+    {
+        return search.fewer(found, at_least).map(Some);
+    }
     search.is_cut = false;
     if search.is_impossible()? {
         return Ok(None);
@@ -100,7 +109,15 @@ pub fn tile_with_rhombi(
         }
         rhombi = if rhombi < most { most.min(rhombi + step) } else { most + 2 };
     }
-    if search.is_cut { Err(TilingError::Unsettled { states: MOST_STATES }) } else { Ok(None) }
+    if !search.is_cut {
+        return Ok(None);
+    }
+    for pairs in PAIRS {
+        if let Some(found) = search.peeled(pairs)? {
+            return search.fewer(found, at_least).map(Some);
+        }
+    }
+    Err(TilingError::Unsettled { states: MOST_STATES })
 }
 
 struct Search<'a> {
@@ -119,9 +136,27 @@ impl Search<'_> {
         Ok(!self.is_cut && !found.is_some_and(|(_, _, found)| found))
     }
 
+    /// A tiling with rhombi along the border, as many as the defect asks for and so many pairs more, if chance finds one.
+    fn peeled(&self, pairs: usize) -> Result<Option<WithRhombi>, TilingError> {
+        let tiling = peel(self.boundary, pairs, self.seed, self.options, self.monitor)?;
+        Ok(tiling.map(|tiling| self.described(tiling)))
+    }
+
+    fn described(&self, tiling: Tiling) -> WithRhombi {
+        let depth = depth(&tiling, self.boundary);
+        WithRhombi { rhombi: tiling.count(Kind::Rhombus), at_least: 0, depth, tiling }
+    }
+
     /// The same or a tiling with fewer rhombi, at least this many; of these, one in the narrowest band.
     fn fewer(&mut self, mut best: WithRhombi, at_least: i32) -> Result<WithRhombi, TilingError> {
         best.at_least = at_least as usize;
+        let defect = Certificate::new(self.boundary.directions()).defect.unsigned_abs() as usize;
+        for pairs in PAIRS.into_iter().filter(|pairs| (best.at_least..best.rhombi).contains(&(defect + 2 * pairs))) {
+            if let Some(found) = self.peeled(pairs)? {
+                best = WithRhombi { at_least: best.at_least, ..found };
+                break;
+            }
+        }
         let (mut low, mut high) = (at_least, best.rhombi as i32);
         while low < high {
             let middle = low + (high - low) / 4 * 2;
@@ -157,12 +192,7 @@ impl Search<'_> {
             return Ok(None);
         }
         let tiling = Walk::new(graph, Some(root)).least(self.monitor)?;
-        Ok(tiling.map(|tiling| WithRhombi {
-            rhombi: tiling.count(Kind::Rhombus),
-            at_least: 0,
-            depth: depth(&tiling, self.boundary),
-            tiling,
-        }))
+        Ok(tiling.map(|tiling| self.described(tiling)))
     }
 
     /// The state graph of the outline, and what the whole is worth; `None` when forced moves contradict each other, or the

@@ -50,10 +50,34 @@ pub fn find_tiling(
     options: &Options,
     monitor: &Monitor,
 ) -> Result<Option<Tiling>, TilingError> {
+    search(boundary, seed, usize::MAX, options, monitor)
+}
+
+/// As [`find_tiling`], but gives up, and says that there is none, when it has met too many states.
+pub(crate) fn find_within(
+    boundary: &Boundary,
+    seed: u64,
+    most_states: usize,
+    options: &Options,
+    monitor: &Monitor,
+) -> Result<Option<Tiling>, TilingError> {
+    match search(boundary, seed, most_states, options, monitor) {
+        Err(TilingError::Memory { .. }) => Ok(None),
+        found => found,
+    }
+}
+
+fn search(
+    boundary: &Boundary,
+    seed: u64,
+    most_states: usize,
+    options: &Options,
+    monitor: &Monitor,
+) -> Result<Option<Tiling>, TilingError> {
     monitor.stage("find", 0.0)?;
     let group = [Isometry::default()];
-    let sweep = sweep(boundary, &group);
-    let mut graph = Graph::<bool>::new(Alphabet::plain(), sweep, options.memory).shuffled(Random::new(seed));
+    let graph = Graph::<bool>::new(Alphabet::plain(), sweep(boundary, &group), options.memory);
+    let mut graph = graph.limited(most_states.min(State::MAX as usize)).shuffled(Random::new(seed));
     let begun = graph.begin(&boundary.word(), 0, &group, monitor).map_err(never_overflows)?;
     let Some(root) = begun else { return Ok(None) };
     if !graph.evaluate(&root, monitor).map_err(never_overflows)? {

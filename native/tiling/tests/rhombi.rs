@@ -4,7 +4,7 @@ use mesh::Monitor;
 use std::collections::BTreeSet;
 use testkit::outlines;
 use testkit::random::Random;
-use tiling::{Boundary, Certificate, Kind, Options, Point, Tiling, count_with_rhombi, tile_with_rhombi};
+use tiling::{Boundary, Certificate, Kind, Options, Point, Tiling, TilingError, count_with_rhombi, tile_with_rhombi};
 
 fn boundary(code: &[u8]) -> Boundary {
     Boundary::new(code).unwrap_or_else(|error| panic!("{code:?}: {error}"))
@@ -100,4 +100,32 @@ fn the_fewest_are_found() {
         }
     }
     assert!(some > 50 && none > 5, "{some} {none}");
+}
+
+/// Polygons with opposite sides alike, of directions 30 degrees apart: none of these can be tiled, and rhombi are many.
+#[test]
+fn polygons_that_need_many_get_them() {
+    let (options, monitor) = (Options::default(), Monitor::new());
+    for sides in [[3, 1, 2, 2, 3, 1], [4, 3, 1, 3, 2, 2], [7, 2, 3, 7, 7, 5]] {
+        let side = |&length: &usize| [vec![5], vec![6; length - 1]].concat();
+        let code = sides.iter().flat_map(side).collect::<Vec<u8>>().repeat(2);
+        let outline = boundary(&code);
+        let found = tile_with_rhombi(&outline, 1, &options, &monitor).unwrap().unwrap();
+        assert_tiles(&found.tiling, &outline);
+        assert_eq!(found.tiling.count(Kind::Rhombus), found.rhombi);
+        assert!(found.at_least <= found.rhombi && found.rhombi <= 2 * found.at_least, "{sides:?}: {}", found.rhombi);
+        // The defect by areas: what is neither root 3 nor whole is rhombi.
+        let defect = Certificate::new(outline.directions()).defect.unsigned_abs() as usize;
+        assert!(found.at_least >= defect && (found.rhombi - defect).is_multiple_of(2));
+    }
+}
+
+#[test]
+fn a_search_for_rhombi_is_cancelled() {
+    let side = |&length: &usize| [vec![5], vec![6; length - 1]].concat();
+    let code = [9, 4, 7, 8, 5, 6].iter().flat_map(side).collect::<Vec<u8>>().repeat(2);
+    let monitor = Monitor::new();
+    monitor.cancel();
+    let found = tile_with_rhombi(&boundary(&code), 1, &Options::default(), &monitor);
+    assert!(matches!(found, Err(TilingError::Cancelled(_))));
 }
