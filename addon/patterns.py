@@ -318,9 +318,7 @@ def _layout(request: Request, place: _Place, tiling: Any, count: int | None, not
     steps = math.floor(place.rotation / STEP + 1e-6)
     orientations = (orientations + steps) % ORIENTATIONS[kinds]
     rotation = max(place.rotation - steps * STEP, 0.0)
-    return Layout(
-        positions, mesh.face_offsets, mesh.corner_verts, kinds, orientations, rotation, count, place.distance, notes
-    )
+    return Layout(positions, mesh.face_offsets, mesh.corner_verts, kinds, orientations, rotation, count, place.distance, notes)
 
 
 def forget() -> None:

@@ -14,8 +14,10 @@
 
 use crate::corner::{Alphabet, End, Symbol, angle};
 use crate::fence::Fence;
+use crate::packed::{Crowd, pack, unpack};
+use crate::piece::{Piece, defect_of};
 use crate::plane::{Direction, Isometry, Point};
-use crate::tile::{Kind, Tile};
+use crate::tile::Tile;
 use mesh::Monitor;
 
 /// Most edges of an outline: packed coordinates have 16 bits each.
@@ -30,100 +32,12 @@ type Corner = u32;
 /// A corner that a tile has just made, and the tile's angle there.
 type Fresh = (Corner, u8);
 
-/// What a thin rhombus with its sharp corner towards this direction adds to the certificate's defect.
-pub(crate) fn defect_of(direction: Direction) -> i32 {
-    if direction.is_multiple_of(2) { -1 } else { 1 }
-}
-
 /// Mark of a free place in the pool, and its position.
 const FREE: Corner = Corner::MAX;
 const NOWHERE: i64 = i64::MIN;
 
 /// By angle, the tiles that a corner admits at its ends: bit 0 triangle, bit 1 square.
 const ADMITS: [u8; 16] = [0, 0, 1, 2, 1, 3, 3, 3, 3, 3, 3, 3, 0, 0, 0, 0];
-
-/// A tile by how it lies on an edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Piece {
-    Triangle,
-    Square,
-    /// A rhombus whose sharp corner is where the edge begins.
-    Sharp,
-    /// A rhombus whose sharp corner is where the edge ends.
-    Blunt,
-}
-
-impl Piece {
-    /// In the order in which tilings are listed.
-    pub(crate) const ALL: [Self; 4] = [Self::Triangle, Self::Square, Self::Sharp, Self::Blunt];
-    /// Without the rhombi.
-    pub(crate) const REGULAR: [Self; 2] = [Self::Triangle, Self::Square];
-
-    /// Angles where the edge begins and where it ends.
-    const fn angles(self) -> [u8; 2] {
-        match self {
-            Self::Triangle => [2, 2],
-            Self::Square => [3, 3],
-            Self::Sharp => [1, 5],
-            Self::Blunt => [5, 1],
-        }
-    }
-
-    const fn bit(self) -> u8 {
-        1 << self as u8
-    }
-
-    const fn is_rhombus(self) -> bool {
-        matches!(self, Self::Sharp | Self::Blunt)
-    }
-
-    /// The tile on the left of the edge that leaves `origin` in `direction`.
-    fn tile(self, origin: Point, direction: Direction) -> Tile {
-        match self {
-            Self::Triangle => Tile { origin, direction, kind: Kind::Triangle },
-            Self::Square => Tile { origin, direction, kind: Kind::Square },
-            Self::Sharp => Tile { origin, direction, kind: Kind::Rhombus },
-            Self::Blunt => {
-                Tile { origin: origin + Point::unit(direction), direction: (direction + 5) % 12, kind: Kind::Rhombus }
-            }
-        }
-    }
-}
-
-/// A point's four coordinates in one integer, so that adding and comparing points is adding and comparing integers. Two
-/// points of one region never share one: their coordinates differ by at most the number of edges.
-fn pack(Point([a, b, c, d]): Point) -> i64 {
-    i64::from(a) + (i64::from(b) << 16) + (i64::from(c) << 32) + (i64::from(d) << 48)
-}
-
-fn unpack(mut packed: i64) -> Point {
-    Point(std::array::from_fn(|_| {
-        let low = packed as i16;
-        packed = (packed - i64::from(low)) >> 16;
-        i32::from(low)
-    }))
-}
-
-/// How many corners lie at positions of the same hash: nearly always tells that a corner is alone at its place.
-#[derive(Debug, Default)]
-struct Crowd {
-    counts: Vec<u16>,
-    shift: u32,
-}
-
-impl Crowd {
-    /// Empty, for about this many corners.
-    fn clear(&mut self, corners: usize) {
-        let bits = (16 * corners).next_power_of_two().trailing_zeros().clamp(6, 20);
-        self.shift = 64 - bits;
-        self.counts.clear();
-        self.counts.resize(1 << bits, 0);
-    }
-
-    fn at(&mut self, position: i64) -> &mut u16 {
-        &mut self.counts[((position as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> self.shift) as usize]
-    }
-}
 
 /// A linear order of the plane's directions in exact integers: the branch edge lies at the lowest corner in it.
 #[derive(Debug, Clone, Copy)]
@@ -628,16 +542,6 @@ impl Region {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn packing_loses_nothing_and_adds(a in prop::array::uniform4(-8000..8000), b in prop::array::uniform4(-8000..8000)) {
-            let (a, b) = (Point(a), Point(b));
-            prop_assert_eq!(unpack(pack(a)), a);
-            prop_assert_eq!(unpack(pack(a) + pack(b)), a + b);
-        }
-    }
 
     fn is_filled(region: &mut Region) -> bool {
         let mut loops = Loops::default();
