@@ -63,9 +63,9 @@ def tilings(code: Array, *, memory: int, progress: Progress | None) -> Any:
     return _call(lambda: quadloom.tilings(code, memory=memory, progress=progress))
 
 
-def find_tiling(code: Array, seed: int, *, memory: int, progress: Progress | None) -> Any:
-    """`quadloom.find_tiling`: some pattern of an outline, or None."""
-    return _call(lambda: quadloom.find_tiling(code, seed, memory=memory, progress=progress))
+def find_tiling(code: Array, seed: int, *, rhombi: bool = False, memory: int, progress: Progress | None) -> Any:
+    """`quadloom.find_tiling`: some pattern of an outline, or None; with the fewest rhombi if asked."""
+    return _call(lambda: quadloom.find_tiling(code, seed, rhombi=rhombi, memory=memory, progress=progress))
 
 
 def best_tiling(tilings: Any, objective: str, *, progress: Progress | None) -> Any:
@@ -78,9 +78,9 @@ def symmetric_tilings(tilings: Any, group: Any, *, progress: Progress | None) ->
     return _call(lambda: tilings.symmetric(group, progress=progress))
 
 
-def tiling_mesh(tiling: Any) -> tuple[Any, Array]:
-    """The panels of one pattern as a mesh with unit edges, and their orientations."""
-    return _call(lambda: (tiling.mesh, tiling.orientations))
+def tiling_mesh(tiling: Any) -> tuple[Any, Array, Array]:
+    """The panels of one pattern as a mesh with unit edges, their kinds and their orientations."""
+    return _call(lambda: (tiling.mesh, tiling.kinds, tiling.orientations))
 
 
 def _mesh(snapshot: Snapshot) -> Any:

@@ -6,7 +6,7 @@ The fit and the count of the last outline are kept, so that going through its pa
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from random import Random
 from typing import Any
@@ -23,6 +23,9 @@ MOST_DIGITS = 9
 MOST_PANELS_ROUND = 900
 MEBIBYTE = 1 << 20
 TRIANGLE_AREA = math.sqrt(3) / 4
+# The kinds of panels as the wheel numbers them, and in how many ways each can be turned.
+TRIANGLE, SQUARE, RHOMBUS = 0, 1, 2
+ORIENTATIONS = np.array([4, 3, 6])
 # Why the wheel takes no code: this outline only seemed to consist of whole panels.
 NOT_A_CODE = {"too_short", "too_long", "angle", "turning", "open", "not_simple"}
 # Rotations tried within 30 degrees for a symmetric outline.
@@ -63,17 +66,20 @@ class Layout:
     """(V,2)."""
     face_offsets: Array
     corner_verts: Array
-    squares: Array
-    """(F,) bool."""
+    kinds: Array
+    """(F,) 0 for triangles, 1 for squares, 2 for thin rhombi."""
     orientations: Array
-    """(F,) by how many times 30 degrees each panel is turned against `rotation`: triangles 0 to 3, squares 0 to 2."""
+    """(F,) by how many times 30 degrees each panel is turned against `rotation`: triangles 0 to 3, squares 0 to 2, rhombi 0
+    to 5."""
     rotation: float
     """Of the panels' edges against the x axis, 0 to 30 degrees; radians."""
     count: int | None
-    """How many patterns the outline has of the kind asked for; None when there are too many to count."""
+    """How many patterns the outline has of the kind asked for; None when there are too many to count, or rhombi."""
     distance: float
     """Between outline and panels, in panels, at most; 0 when they agree."""
     notes: Notes = field(default_factory=list)
+    rhombi_at_least: int = 0
+    """No pattern has fewer rhombi than this, for sure."""
 
 
 @dataclass
@@ -90,6 +96,8 @@ class _Place:
     """The pattern that the outline was cut from, if it was."""
     searched: bool = True
     """Whether other patterns can be found without counting."""
+    rhombic: bool = False
+    """Whether it takes rhombi to fill it."""
 
 
 _last: tuple[object, _Place, Notes] | None = None
@@ -98,6 +106,15 @@ _last: tuple[object, _Place, Notes] | None = None
 def lay(request: Request, progress: native.Progress | None) -> Layout:
     """The panels of the pattern asked for. Raises OutlineError, NativeError, Cancelled."""
     place, notes = _place(request, progress)
+    if place.rhombic:
+        tiling = native.find_tiling(place.code, _seed(request), rhombi=True, memory=_bytes(request), progress=progress)
+        text = (
+            "No pattern of triangles and squares fills the outline: {count} thin rhombi close it. Turn off Straight Sides for "
+            "a near outline without"
+        )
+        layout = _layout(request, place, tiling, None, notes)
+        note = (text, {"count": int((layout.kinds == RHOMBUS).sum())})
+        return replace(layout, notes=[*notes, note], rhombi_at_least=tiling.rhombi_at_least)
     if place.tilings is None:
         tiling, sentence = _uncounted(request, place, progress)
         notes = [*notes, (sentence, {"memory": request.memory})]
@@ -129,9 +146,8 @@ def _uncounted(request: Request, place: _Place, progress: native.Progress | None
     if request.pattern != "any":
         raise _too_many(request)
     if place.searched:
-        seed = request.seed + (request.number << 32)
         try:
-            tiling = native.find_tiling(place.code, seed, memory=request.memory * MEBIBYTE, progress=progress)
+            tiling = native.find_tiling(place.code, _seed(request), memory=_bytes(request), progress=progress)
             text = "Too many patterns to count with {memory} MB: this one was found without. "
             return tiling, text + "Allow more memory or larger panels"
         except native.NativeError as error:
@@ -142,6 +158,15 @@ def _uncounted(request: Request, place: _Place, progress: native.Progress | None
             place.searched = False
     text = "Too many patterns to search with {memory} MB: Number has no effect, Seed has. "
     return place.own, text + "Allow more memory or larger panels"
+
+
+def _seed(request: Request) -> int:
+    """Of a pattern found without counting."""
+    return request.seed + (request.number << 32)
+
+
+def _bytes(request: Request) -> int:
+    return request.memory * MEBIBYTE
 
 
 def count_text(count: int) -> str:
@@ -185,6 +210,8 @@ def _place(request: Request, progress: native.Progress | None) -> tuple[_Place, 
         straight = outline.straight_outline(request.points, request.panel_size, request.rotation)
     if straight is not None and not (symmetric and symmetry.outline_order(straight.code) == 1):
         place = _straight_place(request, straight, progress)
+        if place is None and straight.distance == 0 and not symmetric:
+            place = _rhombic_place(request, straight, progress)
         if place is None and straight.distance == 0:
             notes.append(("Whole panels fit along the outline, but no pattern fills it: a near outline was taken", {}))
     if place is None:
@@ -206,7 +233,7 @@ def _straight_place(request: Request, straight: StraightOutline, progress: nativ
     if place.tilings is not None:
         return place if place.tilings.count else None
     try:
-        found = native.find_tiling(straight.code, 0, memory=request.memory * MEBIBYTE, progress=progress)
+        found = native.find_tiling(straight.code, 0, memory=_bytes(request), progress=progress)
     except native.NativeError as error:
         if error.code == "memory":
             raise _too_many(request) from error
@@ -214,10 +241,23 @@ def _straight_place(request: Request, straight: StraightOutline, progress: nativ
     return None if found is None else place
 
 
+def _rhombic_place(request: Request, straight: StraightOutline, progress: native.Progress | None) -> _Place | None:
+    """The outline with straight sides, to be filled with the help of rhombi; None when that is not known to be possible."""
+    try:
+        found = native.find_tiling(straight.code, _seed(request), rhombi=True, memory=_bytes(request), progress=progress)
+    except native.NativeError as error:
+        if error.code in {*NOT_A_CODE, "unsettled", "memory"}:
+            return None
+        raise
+    if found is None:
+        return None
+    return _Place(straight.code, straight.origin, straight.rotation, straight.distance, rhombic=True)
+
+
 def _count(request: Request, code: Array, progress: native.Progress | None) -> Any:
     """All patterns of an outline, or None when there are too many for the memory."""
     try:
-        return native.tilings(code, memory=request.memory * MEBIBYTE, progress=progress)
+        return native.tilings(code, memory=_bytes(request), progress=progress)
     except native.NativeError as error:
         if error.code == "memory":
             return None
@@ -270,18 +310,15 @@ def _most_symmetric(tilings: Any, progress: native.Progress | None) -> Any:
 
 
 def _layout(request: Request, place: _Place, tiling: Any, count: int | None, notes: Notes) -> Layout:
-    mesh, orientations = native.tiling_mesh(tiling)
+    mesh, kinds, orientations = native.tiling_mesh(tiling)
     cos, sin = math.cos(place.rotation), math.sin(place.rotation)
     turn = request.panel_size * np.array([[cos, -sin], [sin, cos]])
     positions = mesh.positions[:, :2] @ turn.T + place.origin
-    squares = np.diff(mesh.face_offsets) == 4
     # Orientations count from the first edge, whose direction differs from outline to outline.
     steps = math.floor(place.rotation / STEP + 1e-6)
-    orientations = (orientations + steps) % np.where(squares, 3, 4)
+    orientations = (orientations + steps) % ORIENTATIONS[kinds]
     rotation = max(place.rotation - steps * STEP, 0.0)
-    return Layout(
-        positions, mesh.face_offsets, mesh.corner_verts, squares, orientations, rotation, count, place.distance, notes
-    )
+    return Layout(positions, mesh.face_offsets, mesh.corner_verts, kinds, orientations, rotation, count, place.distance, notes)
 
 
 def forget() -> None:

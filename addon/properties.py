@@ -132,7 +132,8 @@ class TileCurveOptions:
     straight: BoolProperty(
         name="Straight Sides",
         description="Where all angles are multiples of 30 degrees, keep the sides straight, with whole panels along each, if a "
-        "pattern exists. Otherwise the border runs along the outline in zigzag",
+        "pattern exists, or thin rhombi help where whole panels fit exactly. Otherwise the border runs along the outline in "
+        "zigzag",
         default=True,
     )
     fix_rotation: BoolProperty(

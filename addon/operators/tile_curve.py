@@ -20,8 +20,12 @@ from ..patterns import Layout, Request
 from ..properties import TILE_CURVE_OPTIONS, TileCurveOptions, tile_curve_uses
 
 KIND, ORIENTATION = "tile_kind", "tile_orientation"
-# Name and colour of the material of each kind of panel, triangles first.
-MATERIALS = (("Triangle Panels", (0.80, 0.42, 0.16, 1.0)), ("Square Panels", (0.16, 0.36, 0.58, 1.0)))
+# Name and colour of the material of each kind of panel, by its number.
+MATERIALS = (
+    ("Triangle Panels", (0.80, 0.42, 0.16, 1.0)),
+    ("Square Panels", (0.16, 0.36, 0.58, 1.0)),
+    ("Rhombus Panels", (0.54, 0.03, 0.21, 1.0)),
+)
 
 
 @dataclass(frozen=True)
@@ -145,7 +149,9 @@ def _snapshot(layout: Layout) -> Snapshot:
     following[layout.face_offsets[1:] - 1] = layout.face_offsets[:-1]
     sides = np.stack([layout.corner_verts, layout.corner_verts[following]], axis=1)
     edges = np.unique(np.sort(sides, axis=1), axis=0).astype(np.int32)
-    kinds = layout.squares.astype(np.int32)[:, None]
+    kinds = layout.kinds.astype(np.int32)[:, None]
+    # Rhombi are rare: an object without has no material for them.
+    materials = MATERIALS[: max(patterns.SQUARE, int(layout.kinds.max())) + 1]
     return Snapshot(
         positions=np.column_stack([layout.positions, np.zeros(len(layout.positions))]),
         edges=edges,
@@ -156,7 +162,7 @@ def _snapshot(layout: Layout) -> Snapshot:
             ORIENTATION: Attribute("FACE", "INT", layout.orientations.astype(np.int32)[:, None]),
             attributes.MATERIAL: Attribute("FACE", "INT", kinds),
         },
-        materials=[_material(*each) for each in MATERIALS],
+        materials=[_material(*each) for each in materials],
     )
 
 
@@ -174,10 +180,21 @@ def _material(name: str, color: tuple[float, float, float, float]) -> bpy.types.
     return material
 
 
+def _counts(layout: Layout) -> dict[str, int]:
+    """How many panels there are of each kind."""
+    return dict(zip(("triangles", "squares", "rhombi"), np.bincount(layout.kinds, minlength=3).tolist(), strict=True))
+
+
 def _summary(layout: Layout) -> list[str]:
-    squares = int(layout.squares.sum())
-    text = translated("{triangles:,} triangles, {squares:,} squares")
-    lines = [text.format(triangles=len(layout.squares) - squares, squares=squares)]
+    counts = _counts(layout)
+    if counts["rhombi"]:
+        lines = [translated("{triangles:,} triangles, {squares:,} squares, {rhombi:,} thin rhombi").format(**counts)]
+        if layout.rhombi_at_least == counts["rhombi"]:
+            lines.append(translated("As few rhombi as can be"))
+        else:
+            lines.append(translated("At least {count:,} rhombi are needed").format(count=layout.rhombi_at_least))
+        return lines
+    lines = [translated("{triangles:,} triangles, {squares:,} squares").format(**counts)]
     if layout.count is None:
         lines.append(translated("More patterns than can be counted"))
     else:
@@ -188,10 +205,8 @@ def _summary(layout: Layout) -> list[str]:
 
 def _report(request: Request, layout: Layout) -> dict[str, Any]:
     """What is kept with the result. The count is text: it may pass any number type."""
-    squares = int(layout.squares.sum())
     return {
-        "triangles": len(layout.squares) - squares,
-        "squares": squares,
+        **_counts(layout),
         "panel_size": request.panel_size,
         "rotation": layout.rotation,
         "pattern": request.pattern,

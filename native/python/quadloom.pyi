@@ -257,13 +257,22 @@ class Tiling:
         """The tiles as a mesh with unit edges in the plane z = 0; the outline's first corner is the origin, its first edge
         along x."""
     @property
+    def kinds(self) -> _Indices:
+        """(F,) what each face is: 0 a triangle, 1 a square, 2 a thin rhombus."""
+    @property
+    def rhombi_at_least(self) -> int:
+        """No tiling of the outline has fewer thin rhombi: equal to their number, but where the proof would have taken too
+        long."""
+    @property
     def orientations(self) -> _Indices:
-        """(F,) by how many times 30 degrees each face is turned; 0 to 3 for triangles, 0 to 2 for squares."""
+        """(F,) by how many times 30 degrees each face is turned; 0 to 3 for triangles, 0 to 2 for squares, 0 to 5 for
+        rhombi."""
     @property
     def configurations(self) -> dict[str, int]:
-        """How many inner vertices have each configuration: "triangles", "squares", "rows", "butterfly"."""
+        """How many inner vertices, those of rhombi apart, have each configuration: "triangles", "squares", "rows",
+        "butterfly"."""
     def svg(self, width: int = 800) -> str:
-        """A picture, `width` pixels wide: triangles warm, squares cold, a shade for each orientation."""
+        """A picture, `width` pixels wide: triangles warm, squares cold, a shade for each orientation; rhombi magenta."""
 
 @final
 class TilingIterator:
@@ -311,10 +320,13 @@ class Tilings:
         group: "reflection" (in the axis with the most such tilings), a number n for n-fold rotation about the outline's
         centre, or a list of `symmetries` that must all hold."""
 
-def count_tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> int:
+def count_tilings(
+    code: ArrayLike, *, rhombi: int = 0, memory: int = 4294967296, progress: _Progress | None = None
+) -> int:
     """Number of ways to tile an outline by triangles and squares with unit edges; exact, of any size.
 
     code: interior angles in units of 30 degrees, 2 to 11, counter-clockwise, of a closed simple polygon with unit edges.
+    rhombi: how many thin rhombi (30 degrees) the tilings have besides.
     memory: most bytes for the states of the search.
     progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 
@@ -325,9 +337,13 @@ def tilings(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | 
     Arguments and errors as of `count_tilings`."""
 
 def find_tiling(
-    code: ArrayLike, seed: int = 0, *, memory: int = 4294967296, progress: _Progress | None = None
+    code: ArrayLike, seed: int = 0, *, rhombi: bool = False, memory: int = 4294967296, progress: _Progress | None = None
 ) -> Tiling | None:
     """A tiling of an outline, another for another seed; None when there is none.
+
+    rhombi: where there is no tiling by triangles and squares, take the fewest thin rhombi (30 degrees) besides, as near to
+    the outline as they can lie. None then means that no number of them helps; QuadloomError "unsettled", that none was found
+    but some may.
 
     Quick where there are too many tilings to count. Not each tiling is equally likely: for that, see `Tilings.sample`."""
 

@@ -220,3 +220,44 @@ def test_a_tiling_is_found_where_there_are_too_many_to_count():
     boundary = quadloom.explain_boundary(code)
     assert np.count_nonzero(np.diff(found[0].face_offsets) == 4) == sum(boundary.squares)
     assert quadloom.find_tiling([5, 5, 4, 7, 4, 5, 5, 5, 5, 5, 5, 5]) is None
+
+
+SPOILT = [5, 5, 4, 7, 4, 5, 5, 5, 5, 5, 5, 5]
+
+
+def test_an_outline_without_tilings_is_tiled_with_the_fewest_rhombi():
+    assert quadloom.find_tiling(SPOILT) is None
+    defect = quadloom.explain_boundary(SPOILT).defect
+    found = quadloom.find_tiling(SPOILT, rhombi=True)
+    rhombi = np.flatnonzero(found.kinds == 2)
+    assert len(rhombi) == found.rhombi_at_least == abs(defect) == 1
+    mesh = found.mesh
+    assert quadloom.check(mesh).is_valid
+    for face, kind in enumerate(found.kinds):
+        corners = mesh.positions[mesh.corner_verts[mesh.face_offsets[face] : mesh.face_offsets[face + 1]]]
+        sides = np.roll(corners, -1, axis=0) - corners
+        assert np.allclose(np.linalg.norm(sides, axis=1), 1)
+        # Areas of a triangle, a square and a rhombus with unit edges.
+        x, y, _ = corners.T
+        expected = (math.sqrt(3) / 4, 1.0, 0.5)[kind]
+        assert 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) == pytest.approx(expected)
+        if kind == 2:
+            along = math.degrees(math.atan2(sides[0][1], sides[0][0]))
+            assert (along - 30 * found.orientations[face]) % 180 == pytest.approx(0, abs=1e-6)
+    assert found.svg().count("#c2347e") == 1
+    assert "1 rhombi" in repr(found)
+
+
+def test_tilings_with_rhombi_are_counted():
+    assert [quadloom.count_tilings(SPOILT, rhombi=k) for k in range(3)][::2] == [0, 0]
+    assert quadloom.count_tilings(SPOILT, rhombi=1) > 0
+    assert quadloom.count_tilings(DODECAGON, rhombi=0) == 2
+
+
+def test_where_no_number_of_rhombi_helps_there_is_none():
+    # The corner of a triangle, with a side too short for one.
+    code = [5, 6, 5, 5, 3, 5, 6, 5, 5, 3]
+    found = quadloom.find_tiling(code, rhombi=True)
+    assert (found is None) == all(quadloom.count_tilings(code, rhombi=k) == 0 for k in range(8))
+    without = quadloom.find_tiling(DODECAGON, rhombi=True)
+    assert (without.rhombi_at_least, set(without.kinds)) == (0, {0, 1})

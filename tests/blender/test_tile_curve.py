@@ -196,6 +196,36 @@ def test_an_outline_of_whole_panels_without_pattern_gets_a_near_one():
     assert 0 < report(made)["distance"] < 3
 
 
+def test_thin_rhombi_close_an_outline_of_whole_panels_without_pattern():
+    # A regular dodecagon with two neighbouring edges exchanged: the area is half a square short.
+    code = [5, 5, 4, 7, 4, 5, 5, 5, 5, 5, 5, 5]
+    corners, direction = [(0.0, 0.0)], 0
+    for angle in code[1:]:
+        x, y = corners[-1]
+        corners.append((x + 0.5 * math.cos(direction * math.pi / 6), y + 0.5 * math.sin(direction * math.pi / 6)))
+        direction += 6 - angle
+    curve([corners])
+    made = tile(panel_size=0.5)
+    assert report(made)["rhombi"] == 1
+    assert report(made)["distance"] == 0
+    assert report(made)["patterns"] is None
+    verts, faces = shapes.arrays(made)
+    kinds = [item.value for item in made.data.attributes["tile_kind"].data]
+    assert sorted(set(kinds)) == [0, 1, 2]
+    areas = {0: math.sqrt(3) / 4, 1: 1.0, 2: 0.5}
+    for face, kind, polygon in zip(faces, kinds, made.data.polygons, strict=True):
+        assert area(verts[list(face)]) == pytest.approx(0.25 * areas[kind], rel=1e-4)
+        assert polygon.material_index == kind
+    assert made.material_slots[2].material.name == "Rhombus Panels"
+    for corner in corners:
+        assert np.linalg.norm(verts[:, :2] - corner, axis=1).min() < 1e-5
+    # Without straight sides no rhombus is needed.
+    activate(bpy.data.objects["Outline"])
+    made = tile(panel_size=0.5, straight=False)
+    assert report(made)["rhombi"] == 0
+    check_panels(made, 0.5)
+
+
 @pytest.mark.parametrize(
     "place",
     [

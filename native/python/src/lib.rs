@@ -10,6 +10,7 @@ mod arrays;
 mod boolean;
 mod defects;
 mod errors;
+mod fit;
 mod mesh;
 mod tiling;
 mod worker;
@@ -28,5 +29,6 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<boolean::BooleanResult>()?;
     module.add_class::<boolean::CornerSources>()?;
     module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
+    fit::register(module)?;
     tiling::register(module)
 }

@@ -1,13 +1,11 @@
-//! `quadloom.count_tilings`, `tilings`, `find_tiling`, `explain_boundary`, `repair_boundary`, `fit_boundary` and what
-//! they return.
+//! `quadloom.count_tilings`, `tilings`, `find_tiling`, `explain_boundary`, `repair_boundary` and what they return.
 
 use crate::arrays;
 use crate::errors::{self, InternalError, QuadloomError};
 use crate::mesh::Mesh;
 use crate::worker;
-use ::tiling::{
-    BigUint, Configuration, Explanation, FitOptions, Isometry, Kind, Options, TilingError, Tilings as Inner, Verdict,
-};
+use ::tiling::{BigUint, Configuration, Explanation, Isometry, Kind, Options, TilingError, Tilings as Inner, Verdict};
+use mesh::Monitor;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::{PyIndexError, PyOverflowError};
 use pyo3::prelude::*;
@@ -21,10 +19,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Tiling>()?;
     module.add_class::<Tilings>()?;
     module.add_class::<TilingIterator>()?;
-    module.add_class::<Fit>()?;
     module.add_function(wrap_pyfunction!(count_tilings, module)?)?;
     module.add_function(wrap_pyfunction!(find_tiling, module)?)?;
-    module.add_function(wrap_pyfunction!(fit_boundary, module)?)?;
     module.add_function(wrap_pyfunction!(tilings, module)?)?;
     module.add_function(wrap_pyfunction!(repair_boundary, module)?)?;
     module.add_function(wrap_pyfunction!(explain_boundary, module)?)
@@ -33,25 +29,29 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Number of ways to tile an outline by triangles and squares with unit edges; exact, of any size.
 ///
 /// code: interior angles in units of 30 degrees, 2 to 11, counter-clockwise, of a closed simple polygon with unit edges.
+/// rhombi: how many thin rhombi (30 degrees) the tilings have besides.
 /// memory: most bytes for the states of the search.
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
 /// Raises `QuadloomError` when the code is not a closed simple polygon (`elements["corners"]` names the corners) or the
-/// memory is used up, and `Cancelled`. Time grows exponentially with the width of the outline, not with its area.
+/// memory is used up, and `Cancelled`. Time grows exponentially with the width of the outline, not with its area; and with
+/// the number of rhombi.
 #[pyfunction]
-#[pyo3(signature = (code, *, memory = 4_294_967_296, progress = None))]
+#[pyo3(signature = (code, *, rhombi = 0, memory = 4_294_967_296, progress = None))]
 fn count_tilings(
     py: Python<'_>,
     code: &Bound<'_, PyAny>,
+    rhombi: usize,
     memory: usize,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<BigUint> {
-    let code = angles(py, code)?;
-    let counted = worker::run(py, progress.as_ref(), move |monitor| {
-        let boundary = ::tiling::Boundary::new(&code)?;
-        ::tiling::count_tilings(&boundary, &Options { memory }, monitor)
-    })?;
-    counted.map_err(|error| to_exception(py, error))
+    with_outline(py, code, progress, move |boundary, monitor| {
+        if rhombi == 0 {
+            return ::tiling::count_tilings(boundary, &Options { memory }, monitor);
+        }
+        let mut counts = ::tiling::count_with_rhombi(boundary, rhombi, &Options { memory }, monitor)?;
+        Ok(counts.swap_remove(rhombi))
+    })
 }
 
 /// All tilings of an outline by triangles and squares with unit edges, in a fixed order; they are made when asked for.
@@ -65,33 +65,38 @@ fn tilings(
     memory: usize,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Tilings> {
-    let code = angles(py, code)?;
-    let counted = worker::run(py, progress.as_ref(), move |monitor| {
+    with_outline(py, code, progress, move |boundary, monitor| {
         let options = Options { memory };
-        Ok((Inner::new(&::tiling::Boundary::new(&code)?, &options, monitor)?, options))
-    })?;
-    counted.map(Tilings::from).map_err(|error| to_exception(py, error))
+        Ok(Tilings::from((Inner::new(boundary, &options, monitor)?, options)))
+    })
 }
 
 /// A tiling of an outline, another for another seed; None when there is none.
 ///
+/// rhombi: where there is no tiling by triangles and squares, take the fewest thin rhombi (30 degrees) besides, as near to
+/// the outline as they can lie; `Tiling.kinds` shows them. None then means that no number of them helps.
+///
 /// Quick where there are too many tilings to count. Not each tiling is equally likely: for that, see `Tilings.sample`.
-/// Other arguments and errors as of `count_tilings`.
+/// Other arguments and errors as of `count_tilings`; `QuadloomError` with the code "unsettled" when no tiling with rhombi
+/// was found, nor ruled out.
 #[pyfunction]
-#[pyo3(signature = (code, seed = 0, *, memory = 4_294_967_296, progress = None))]
+#[pyo3(signature = (code, seed = 0, *, rhombi = false, memory = 4_294_967_296, progress = None))]
 fn find_tiling(
     py: Python<'_>,
     code: &Bound<'_, PyAny>,
     seed: u64,
+    rhombi: bool,
     memory: usize,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Option<Tiling>> {
-    let code = angles(py, code)?;
-    let found = worker::run(py, progress.as_ref(), move |monitor| {
-        ::tiling::find_tiling(&::tiling::Boundary::new(&code)?, seed, &Options { memory }, monitor)
-    })?;
-    let found = found.map_err(|error| to_exception(py, error))?;
-    Ok(found.map(|tiling| Tiling { source: Source::Made(tiling) }))
+    with_outline(py, code, progress, move |boundary, monitor| {
+        let options = Options { memory };
+        if rhombi {
+            let found = ::tiling::tile_with_rhombi(boundary, seed, &options, monitor)?;
+            return Ok(found.map(|found| Tiling { rhombi_at_least: found.at_least, ..found.tiling.into() }));
+        }
+        Ok(::tiling::find_tiling(boundary, seed, &options, monitor)?.map(Tiling::from))
+    })
 }
 
 /// Says whether a boundary code closes, is simple and can be tiled; and if not, why not.
@@ -107,14 +112,13 @@ fn explain_boundary(
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Boundary> {
     let code = angles(py, code)?;
-    let explained = worker::run(py, progress.as_ref(), move |monitor| {
-        ::tiling::explain_boundary(&code, &Options { memory }, monitor)
-    })?;
-    to_boundary(py, &explained.map_err(|error| to_exception(py, error))?)
+    let explain = move |monitor: &Monitor| ::tiling::explain_boundary(&code, &Options { memory }, monitor);
+    to_boundary(py, &run(py, progress, explain)?)
 }
 
 /// The nearest boundary code that can be tiled: the fewest exchanges of neighbouring edges, each of which adds or removes
-/// a rhombus of 30 degrees at the border; the code itself when it can be tiled. None when few exchanges do not help.
+/// a rhombus of 30 degrees at the border; the code itself when it can be tiled. None when few exchanges do not help: then
+/// `find_tiling` with rhombi may.
 ///
 /// Arguments and errors as of `count_tilings`.
 #[pyfunction]
@@ -125,12 +129,30 @@ fn repair_boundary<'py>(
     memory: usize,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Option<Bound<'py, PyArray1<i32>>>> {
-    let code = angles(py, code)?;
-    let repaired = worker::run(py, progress.as_ref(), move |monitor| {
-        ::tiling::repair(&::tiling::Boundary::new(&code)?, &Options { memory }, monitor)
+    let repaired = with_outline(py, code, progress, move |boundary, monitor| {
+        ::tiling::repair(boundary, &Options { memory }, monitor)
     })?;
-    let repaired = repaired.map_err(|error| to_exception(py, error))?;
     Ok(repaired.map(|found| PyArray1::from_iter(py, found.boundary.code().iter().map(|&angle| i32::from(angle)))))
+}
+
+/// Runs a job on the outline of a code; its errors become exceptions.
+fn with_outline<T: Send + 'static>(
+    py: Python<'_>,
+    code: &Bound<'_, PyAny>,
+    progress: Option<Bound<'_, PyAny>>,
+    job: impl FnOnce(&::tiling::Boundary, &Monitor) -> Result<T, TilingError> + Send + 'static,
+) -> PyResult<T> {
+    let code = angles(py, code)?;
+    run(py, progress, move |monitor| job(&::tiling::Boundary::new(&code)?, monitor))
+}
+
+/// Runs a job; its errors become exceptions.
+pub fn run<T: Send + 'static>(
+    py: Python<'_>,
+    progress: Option<Bound<'_, PyAny>>,
+    job: impl FnOnce(&Monitor) -> Result<T, TilingError> + Send + 'static,
+) -> PyResult<T> {
+    worker::run(py, progress.as_ref(), job)?.map_err(|error| to_exception(py, error))
 }
 
 /// What `explain_boundary` finds.
@@ -140,7 +162,8 @@ struct Boundary {
     verdict: &'static str,
     /// What is wrong and what to change, or what any tiling consists of.
     sentence: String,
-    /// (N,) int32: the corners at fault; for "not_simple" pairs of edges, by the corners they leave.
+    /// (N,) int32: the corners at fault; for "not_simple" pairs of edges, by the corners they leave; for "refuted" one
+    /// whose leaving edge no tile fits, if that is the reason.
     corners: Py<PyArray1<i32>>,
     /// (V, 2) float64: the corners, the first at the origin and the first edge along x; and the end when it is open.
     points: Py<PyArray2<f64>>,
@@ -188,70 +211,6 @@ fn to_boundary(py: Python<'_>, found: &Explanation) -> PyResult<Boundary> {
         squares: certificate.map(|certificate| certificate.squares.into()),
         triangles: certificate.map(|certificate| certificate.triangles.into()),
         defect: certificate.map(|certificate| certificate.defect),
-    })
-}
-
-/// What `fit_boundary` finds: an outline that can be tiled, near a curve.
-#[pyclass(frozen, get_all, module = "quadloom")]
-struct Fit {
-    /// (V,) int32: the boundary code.
-    code: Py<PyArray1<i32>>,
-    /// One tiling of the outline: there is one even where the search for another takes too long.
-    tiling: Py<Tiling>,
-    /// (V, 2) float64: the corners in the plane of the curve.
-    points: Py<PyArray2<f64>>,
-    /// Where the first corner lies: a tiling's vertex p belongs at origin + edge_length * (p turned by rotation).
-    origin: (f64, f64),
-    /// Direction of the first edge, radians.
-    rotation: f64,
-    /// As given.
-    edge_length: f64,
-    /// Greatest distance from a point of either to the other, in edge lengths.
-    greatest_distance: f64,
-    /// Mean distance of the corners from the curve, in edge lengths.
-    mean_distance: f64,
-}
-
-/// The outline of a region near a closed curve that triangles and squares can tile.
-///
-/// points: (N, 2) floats, the corners of a polygon that does not cross itself, in either sense.
-/// edge_length: of the tiles, in the units of the points.
-/// rotation: angle between the x axis and the edges, up to multiples of 30 degrees; radians, None takes the best found.
-/// tries: placements tried, 1 to 100000.
-/// seed: another one tries others.
-/// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
-///
-/// Raises `QuadloomError` for a curve that is too small for a tile or longer than 1000 edges, and `Cancelled`. The outline
-/// keeps within about 0.7 edge lengths of the curve. Time grows with tries, the area in tiles and the number of points.
-#[pyfunction]
-#[pyo3(signature = (points, edge_length, *, rotation = None, tries = 96, seed = 0, progress = None))]
-// One Python keyword each: the signature is the interface.
-#[allow(clippy::too_many_arguments)]
-fn fit_boundary(
-    py: Python<'_>,
-    points: &Bound<'_, PyAny>,
-    edge_length: f64,
-    rotation: Option<f64>,
-    tries: usize,
-    seed: u64,
-    progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<Fit> {
-    let curve = arrays::plane_points(points, "points").map_err(|sentence| bad_option(py, sentence))?;
-    let options = FitOptions { rotation, tries, seed };
-    let fitted = worker::run(py, progress.as_ref(), move |monitor| {
-        ::tiling::fit_boundary(&curve, edge_length, &options, monitor)
-    })?;
-    let fit = fitted.map_err(|error| to_exception(py, error))?;
-    let positions = arrays::rows(py, &fit.positions())?.unbind();
-    Ok(Fit {
-        code: PyArray1::from_iter(py, fit.boundary.code().iter().map(|&angle| i32::from(angle))).unbind(),
-        tiling: Py::new(py, Tiling { source: Source::Made(fit.tiling) })?,
-        points: positions,
-        origin: fit.origin.into(),
-        rotation: fit.rotation,
-        edge_length,
-        greatest_distance: fit.greatest_distance,
-        mean_distance: fit.mean_distance,
     })
 }
 
@@ -334,7 +293,7 @@ impl Tilings {
             return Err(PyIndexError::new_err(format!("there are {} tilings", self.count)));
         }
         let index = if from_end { &self.count - index } else { index };
-        Ok(Tiling { source: Source::Listed(Arc::clone(&self.shared), index) })
+        Ok(Tiling::listed(&self.shared, index))
     }
 
     fn __iter__(&self) -> TilingIterator {
@@ -345,7 +304,7 @@ impl Tilings {
     #[pyo3(signature = (n, seed = 0))]
     fn sample(&self, n: usize, seed: u64) -> Vec<Tiling> {
         let indices = lock(&self.shared).sample(n, seed);
-        indices.map(|index| Tiling { source: Source::Listed(Arc::clone(&self.shared), index) }).collect()
+        indices.map(|index| Tiling::listed(&self.shared, index)).collect()
     }
 
     /// A tiling with the least sum of weights over its inner vertices, proven, and that sum; None when there is none.
@@ -363,9 +322,8 @@ impl Tilings {
     ) -> PyResult<Option<(Tiling, i64)>> {
         let weights = weights(py, objective)?;
         let shared = Arc::clone(&self.shared);
-        let best = worker::run(py, progress.as_ref(), move |monitor| lock(&shared).best(weights, monitor))?;
-        let best = best.map_err(|error| to_exception(py, error))?;
-        Ok(best.map(|(tiling, cost)| (Tiling { source: Source::Made(tiling) }, cost)))
+        let best = run(py, progress, move |monitor| lock(&shared).best(weights, monitor))?;
+        Ok(best.map(|(tiling, cost)| (tiling.into(), cost)))
     }
 
     /// The symmetries of the outline, the identity first.
@@ -389,7 +347,7 @@ impl Tilings {
         let boundary = lock(&self.shared).boundary().clone();
         let groups = groups(py, &boundary, group)?;
         let options = self.options.clone();
-        let found = worker::run(py, progress.as_ref(), move |monitor| {
+        let found = run(py, progress, move |monitor| {
             let mut best: Option<Inner> = None;
             for group in groups {
                 let found = Inner::symmetric(&boundary, &group, &options, monitor)?;
@@ -399,7 +357,7 @@ impl Tilings {
             }
             Ok(best)
         })?;
-        match found.map_err(|error| to_exception(py, error))? {
+        match found {
             Some(inner) => Ok((inner, self.options.clone()).into()),
             None => Err(bad_option(py, "the outline has no axis of reflection".to_owned())),
         }
@@ -428,7 +386,7 @@ impl TilingIterator {
         let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
         let index = next.clone();
         *next += 1u32;
-        (index < self.count).then(|| Tiling { source: Source::Listed(Arc::clone(&self.shared), index) })
+        (index < self.count).then(|| Tiling::listed(&self.shared, index))
     }
 }
 
@@ -441,17 +399,31 @@ enum Source {
 
 /// One tiling.
 #[pyclass(frozen, module = "quadloom")]
-struct Tiling {
+pub struct Tiling {
     source: Source,
+    /// No tiling of the outline has fewer thin rhombi: equal to their number, but where the proof would have taken too
+    /// long.
+    #[pyo3(get)]
+    rhombi_at_least: usize,
+}
+
+impl From<::tiling::Tiling> for Tiling {
+    fn from(tiling: ::tiling::Tiling) -> Self {
+        Self { source: Source::Made(tiling), rhombi_at_least: 0 }
+    }
 }
 
 impl Tiling {
+    fn listed(shared: &Shared, index: BigUint) -> Self {
+        Self { source: Source::Listed(Arc::clone(shared), index), rhombi_at_least: 0 }
+    }
+
     /// The tiles, made from the index when need be; some 50 microseconds for 400 tiles.
     fn tiling(&self, py: Python<'_>) -> PyResult<::tiling::Tiling> {
         match &self.source {
             Source::Made(tiling) => Ok(tiling.clone()),
             Source::Listed(shared, index) => {
-                let found = py.detach(|| lock(shared).get(index, &::mesh::Monitor::new()));
+                let found = py.detach(|| lock(shared).get(index, &Monitor::new()));
                 let found = found.map_err(|error| to_exception(py, error))?;
                 found.ok_or_else(|| PyIndexError::new_err("there is no tiling with this index"))
             }
@@ -468,21 +440,29 @@ impl Tiling {
         Ok(self.tiling(py)?.mesh(1.0).into())
     }
 
-    /// (F,) int32: by how many times 30 degrees each face is turned; 0 to 3 for triangles, 0 to 2 for squares.
+    /// (F,) int32: what each face is: 0 a triangle, 1 a square, 2 a thin rhombus.
+    #[getter]
+    fn kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        let tiling = self.tiling(py)?;
+        Ok(PyArray1::from_iter(py, tiling.tiles.iter().map(|tile| tile.kind as i32)))
+    }
+
+    /// (F,) int32: by how many times 30 degrees each face is turned; 0 to 3 for triangles, 0 to 2 for squares, 0 to 5 for
+    /// rhombi.
     #[getter]
     fn orientations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
         let tiling = self.tiling(py)?;
         Ok(PyArray1::from_iter(py, tiling.tiles.iter().map(|tile| i32::from(tile.orientation()))))
     }
 
-    /// How many inner vertices have each configuration: "triangles", "squares", "rows", "butterfly".
+    /// How many inner vertices, those of rhombi apart, have each configuration: "triangles", "squares", "rows", "butterfly".
     #[getter]
     fn configurations(&self, py: Python<'_>) -> PyResult<BTreeMap<&'static str, usize>> {
         let counts = self.tiling(py)?.configuration_counts();
         Ok(Configuration::ALL.into_iter().map(name).zip(counts).collect())
     }
 
-    /// A picture, `width` pixels wide: triangles warm, squares cold, a shade for each orientation.
+    /// A picture, `width` pixels wide: triangles warm, squares cold, a shade for each orientation; rhombi magenta.
     #[pyo3(signature = (width = 800))]
     fn svg(&self, py: Python<'_>, width: u32) -> PyResult<String> {
         Ok(self.tiling(py)?.svg(width))
@@ -490,8 +470,9 @@ impl Tiling {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let tiling = self.tiling(py)?;
-        let squares = tiling.tiles.iter().filter(|tile| tile.kind == Kind::Square).count();
-        Ok(format!("<Tiling: {squares} squares, {} triangles>", tiling.tiles.len() - squares))
+        let [triangles, squares, rhombi] = [Kind::Triangle, Kind::Square, Kind::Rhombus].map(|kind| tiling.count(kind));
+        let rhombi = if rhombi > 0 { format!(", {rhombi} rhombi") } else { String::new() };
+        Ok(format!("<Tiling: {squares} squares, {triangles} triangles{rhombi}>"))
     }
 }
 
@@ -505,7 +486,7 @@ fn name(configuration: Configuration) -> &'static str {
     }
 }
 
-fn bad_option(py: Python<'_>, sentence: String) -> PyErr {
+pub fn bad_option(py: Python<'_>, sentence: String) -> PyErr {
     errors::raise_plain::<QuadloomError>(py, "option", sentence)
 }
 
@@ -570,6 +551,7 @@ fn to_exception(py: Python<'_>, error: TilingError) -> PyErr {
             errors::raise::<QuadloomError>(py, code, sentence, None, [("corners".to_owned(), corners.as_slice())])
         }
         TilingError::Memory { .. } => errors::raise_plain::<QuadloomError>(py, "memory", sentence),
+        TilingError::Unsettled { .. } => errors::raise_plain::<QuadloomError>(py, "unsettled", sentence),
         TilingError::Option(_) => bad_option(py, sentence),
         TilingError::Solver(_) => errors::raise_plain::<InternalError>(py, "solver", sentence),
         TilingError::Cancelled(_) => worker::cancelled(py),

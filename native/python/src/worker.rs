@@ -60,7 +60,7 @@ pub fn run<T: Send + 'static>(
         errors::raise_plain::<InternalError>(
             py,
             "internal",
-            format!("internal error at the stage \"{stage}\": {cause}; please report it with both meshes"),
+            format!("internal error at the stage \"{stage}\": {cause}; please report it with the input"),
         )
     })
 }

@@ -208,36 +208,50 @@ fn overlap(a: &[Vector], b: &[Vector]) -> bool {
 
 /// Number of tilings by unit triangles and squares, by trying both on the first edge that is still open. Exponential.
 pub fn count_by_trying(code: &[u8]) -> u64 {
+    count_rhombi_by_trying(code, 0)[0]
+}
+
+/// Numbers of tilings by unit triangles, squares, and 0, 1, 2 ... up to `most` rhombi of 30 degrees, by trying all on the
+/// first edge that is still open. Exponential.
+pub fn count_rhombi_by_trying(code: &[u8], most: usize) -> Vec<u64> {
     let outline = corners(&directions(code));
     let n = outline.len();
     let open: Vec<[Vector; 2]> = (0..n).map(|k| [outline[k], outline[(k + 1) % n]]).collect();
-    fill(&open, &mut Vec::new(), &outline)
+    let mut counts = vec![0; most + 1];
+    fill(&open, &mut Vec::new(), &outline, 0, &mut counts);
+    counts
 }
 
-/// `open` are the edges that need a tile on their left.
-fn fill(open: &[[Vector; 2]], placed: &mut Vec<Vec<Vector>>, outline: &[Vector]) -> u64 {
-    let Some(&[a, b]) = open.first() else { return 1 };
+/// `open` are the edges that need a tile on their left; `rhombi` is the number of those placed.
+fn fill(open: &[[Vector; 2]], placed: &mut Vec<Vec<Vector>>, outline: &[Vector], rhombi: usize, counts: &mut [u64]) {
+    let Some(&[a, b]) = open.first() else {
+        counts[rhombi] += 1;
+        return;
+    };
     let along = minus(b, a);
     let direction = (along[1].atan2(along[0]) * 6.0 / std::f64::consts::PI).round() as i32;
-    let mut count = 0;
-    for corners in [3, 4] {
-        let candidate = tile(a, direction, corners);
-        if !inside(&candidate, outline) || placed.iter().any(|other| overlap(other, &candidate)) {
+    let rhombus = |turn: i32| walk(a, [0, turn, 6, turn + 6].map(|d| direction + d).into_iter());
+    let candidates = [(tile(a, direction, 3), 0), (tile(a, direction, 4), 0), (rhombus(1), 1), (rhombus(5), 1)];
+    for (candidate, more) in candidates {
+        let rhombi = rhombi + more;
+        if rhombi >= counts.len()
+            || !inside(&candidate, outline)
+            || placed.iter().any(|other| overlap(other, &candidate))
+        {
             continue;
         }
         let mut rest = open.to_vec();
-        for k in 0..corners {
-            let (p, q) = (candidate[k], candidate[(k + 1) % corners]);
+        for k in 0..candidate.len() {
+            let (p, q) = (candidate[k], candidate[(k + 1) % candidate.len()]);
             match rest.iter().position(|&[a, b]| same(a, p) && same(b, q)) {
                 Some(at) => drop(rest.remove(at)),
                 None => rest.push([q, p]),
             }
         }
         placed.push(candidate);
-        count += fill(&rest, placed, outline);
+        fill(&rest, placed, outline, rhombi, counts);
         placed.pop();
     }
-    count
 }
 
 /// True when a tile lies in a polygon: its centre does, and no edge of the outline runs through it.

@@ -42,6 +42,14 @@ fn main() -> Result<(), TilingError> {
         println!("{} {tiles} {} {}; {count:.0?}", code.len(), tilings.count(), tilings.states());
     }
 
+    println!("\n75 edges, about 370 tiles: tilings, states; count");
+    let seventy_five = |(code, tiles): &(Vec<u8>, usize)| code.len() == 75 && (360..=380).contains(tiles);
+    for (code, _) in random_discs(8.4).filter(seventy_five).take(1) {
+        let boundary = Boundary::new(&code)?;
+        let (tilings, count) = timed(|| Tilings::new(&boundary, &Options::default(), &monitor))?;
+        println!("{} {}; {count:.1?}", tilings.count(), tilings.states());
+    }
+
     println!("\nrandom outlines without tilings: how many are refuted without a search, and how fast");
     let mut random = Random::new(1);
     let codes: Vec<Boundary> =
@@ -83,8 +91,12 @@ fn timed<T>(job: impl FnOnce() -> Result<T, TilingError>) -> Result<(T, Duration
 
 /// Outlines of random discs with their numbers of tiles.
 fn discs(radius: f64, count: usize) -> Vec<(Vec<u8>, usize)> {
+    random_discs(radius).take(count).collect()
+}
+
+fn random_discs(radius: f64) -> impl Iterator<Item = (Vec<u8>, usize)> {
     let mut random = Random::new(5);
     let plane = dodecagonal::tiling(2, &mut random);
-    let draw = || dodecagonal::disc(&plane, [random.between(-12.0, 12.0), random.between(-12.0, 12.0)], radius);
-    std::iter::repeat_with(draw).flatten().take(count).collect()
+    let draw = move || dodecagonal::disc(&plane, [random.between(-12.0, 12.0), random.between(-12.0, 12.0)], radius);
+    std::iter::repeat_with(draw).flatten()
 }

@@ -59,6 +59,18 @@ impl Certificate {
         self.defect != 0 || self.squares.iter().chain(&self.triangles).any(|&count| count < 0)
     }
 
+    /// True when the certificate rules out every tiling with thin rhombi, however many. They leave the triangles as they
+    /// are, and take the area of half a square each.
+    pub fn refutes_rhombi(&self) -> bool {
+        2 * self.square_count() + self.defect < self.defect.abs() || self.triangles.iter().any(|&count| count < 0)
+    }
+
+    /// True when the certificate rules out every tiling with at most this many thin rhombi. Each of them changes the
+    /// defect by one, and the number of squares of an orientation by one at most.
+    pub fn refutes_with_rhombi(&self, most: i32) -> bool {
+        self.refutes_rhombi() || self.defect.abs() > most || self.squares.iter().any(|&count| count < -most)
+    }
+
     /// Number of squares of any tiling.
     pub fn square_count(&self) -> i32 {
         self.squares.iter().sum()

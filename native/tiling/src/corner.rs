@@ -27,6 +27,9 @@ pub(crate) enum End {
     Arriving,
 }
 
+/// Place of a tile's angle (1, 2, 3 or 5 units) in tables.
+const SLOT: [usize; 6] = [0, 2, 0, 1, 0, 3];
+
 /// A corner after a tile has taken an end of it, and the cost that this settled.
 #[derive(Debug, Clone, Copy)]
 struct Step {
@@ -37,37 +40,50 @@ struct Step {
 /// The symbols and what tiles do to them.
 #[derive(Debug, Clone)]
 pub(crate) struct Alphabet {
-    /// By kind of tile, end and symbol.
-    steps: [[[Step; 64]; 2]; 2],
-    /// The corner that a new vertex becomes, by kind of the one tile that lies there.
-    fresh: [Step; 2],
+    /// By angle of the tile, end and symbol.
+    steps: [[[Step; 64]; 2]; 4],
+    /// The corner that a new vertex becomes, by angle of the one tile that lies there.
+    fresh: [Step; 4],
+    /// Whether a corner of 30 degrees may be left, for a rhombus.
+    sharp: bool,
 }
 
 impl Alphabet {
     /// Corners without memory.
     pub(crate) fn plain() -> Self {
-        let mut steps = [[[Step { symbol: DEAD, cost: 0 }; 64]; 2]; 2];
-        for kind in Kind::ALL {
-            for symbol in 0..12u8 {
-                let left = i16::from(symbol) - i16::from(kind.angle());
-                if left >= 0 && left != 1 {
-                    steps[kind as usize].iter_mut().for_each(|ends| {
-                        ends[symbol as usize] = Step { symbol: left as u8, cost: 0 };
+        Self::inert(false)
+    }
+
+    /// Corners without memory, to which rhombi come too.
+    pub(crate) fn with_rhombi() -> Self {
+        Self::inert(true)
+    }
+
+    fn inert(sharp: bool) -> Self {
+        let mut steps = [[[Step { symbol: DEAD, cost: 0 }; 64]; 2]; 4];
+        let mut fresh = [Step { symbol: DEAD, cost: 0 }; 4];
+        for tile in [2, 3, 1, 5u8] {
+            for symbol in tile..12 {
+                let left = symbol - tile;
+                if left != 1 || sharp {
+                    steps[SLOT[tile as usize]].iter_mut().for_each(|ends| {
+                        ends[symbol as usize] = Step { symbol: left, cost: 0 };
                     });
                 }
             }
+            fresh[SLOT[tile as usize]].symbol = 12 - tile;
         }
-        Self { steps, fresh: Kind::ALL.map(|kind| Step { symbol: 12 - kind.angle(), cost: 0 }) }
+        Self { steps, fresh, sharp }
     }
 
     /// Corners that remember what the weights of inner vertices need. Vertices of the outline stay inert.
     pub(crate) fn weighted(weights: [i64; 4]) -> Self {
         // Sequences of tiles at a corner, from where the boundary arrives to where it leaves, with their futures: the
         // cost of each way to fill what remains, less the least of these costs.
-        let mut sequences: Vec<Vec<Kind>> = Kind::ALL.map(|kind| vec![kind]).into();
+        let mut sequences: Vec<Vec<Kind>> = Kind::REGULAR.map(|kind| vec![kind]).into();
         let mut at = 0;
         while at < sequences.len() {
-            for kind in Kind::ALL {
+            for kind in Kind::REGULAR {
                 let longer = [&sequences[at][..], &[kind]].concat();
                 if future(&longer, &weights).is_some() {
                     sequences.push(longer);
@@ -94,38 +110,48 @@ impl Alphabet {
         // Sequences of one class have the same future, so any of them tells what a tile does.
         for (symbol, sequence) in &members {
             let base = symbol_of(sequence).cost;
-            for kind in Kind::ALL {
+            for kind in Kind::REGULAR {
                 let leaving = [&sequence[..], &[kind]].concat();
                 let arriving = [&[kind], &sequence[..]].concat();
                 for (end, longer) in [(End::Leaving, leaving), (End::Arriving, arriving)] {
                     let step = symbol_of(&longer);
                     if *symbol >> 4 != 0 {
-                        alphabet.steps[kind as usize][end as usize][*symbol as usize] =
+                        alphabet.steps[SLOT[kind.angle() as usize]][end as usize][*symbol as usize] =
                             Step { symbol: step.symbol, cost: step.cost - base };
                     }
                 }
             }
         }
-        alphabet.fresh = Kind::ALL.map(|kind| symbol_of(&[kind]));
+        for kind in Kind::REGULAR {
+            alphabet.fresh[SLOT[kind.angle() as usize]] = symbol_of(&[kind]);
+        }
         alphabet
     }
 
-    /// The corner that is left when a tile takes one end of it, and the cost settled; `None` when it does not fit.
-    pub(crate) fn take(&self, symbol: Symbol, kind: Kind, end: End) -> Option<(Symbol, i64)> {
-        let step = self.steps[kind as usize][end as usize][usize::from(symbol & 63)];
+    /// The corner that is left when a tile with an angle of `tile` takes one end of it, and the cost settled; `None` when
+    /// it does not fit.
+    #[inline]
+    pub(crate) fn take(&self, symbol: Symbol, tile: u8, end: End) -> Option<(Symbol, i64)> {
+        if symbol >> 4 == 0 {
+            // Nothing is remembered: the angle is all.
+            let left = symbol.wrapping_sub(tile);
+            return (left < 12 && (left != 1 || self.sharp)).then_some((left, 0));
+        }
+        let step = self.steps[SLOT[tile as usize]][end as usize][usize::from(symbol & 63)];
         (step.symbol != DEAD).then_some((step.symbol, step.cost))
     }
 
-    /// The corner of a new vertex at which one tile lies, and the cost settled.
-    pub(crate) fn fresh(&self, kind: Kind) -> (Symbol, i64) {
-        (self.fresh[kind as usize].symbol, self.fresh[kind as usize].cost)
+    /// The corner of a new vertex at which one tile lies with an angle of `tile`, and the cost settled.
+    pub(crate) fn fresh(&self, tile: u8) -> (Symbol, i64) {
+        let step = self.fresh[SLOT[tile as usize]];
+        (step.symbol, step.cost)
     }
 
     /// The two corners that are left when a tile takes a wedge inside a corner: `leaving` and `arriving` are their
     /// angles. At an inner vertex one of the two is at most 120 degrees, which one set of tiles fills in one way: so its
     /// tiles are known, and only the other goes on remembering.
-    pub(crate) fn split(&self, symbol: Symbol, leaving: u8, kind: Kind, arriving: u8) -> Option<(Symbol, Symbol, i64)> {
-        if leaving == 1 || arriving == 1 || leaving + kind.angle() + arriving != angle(symbol) {
+    pub(crate) fn split(&self, symbol: Symbol, leaving: u8, tile: u8, arriving: u8) -> Option<(Symbol, Symbol, i64)> {
+        if !self.sharp && (leaving == 1 || arriving == 1) || leaving + tile + arriving != angle(symbol) {
             return None;
         }
         if symbol >> 4 == 0 {
@@ -133,7 +159,7 @@ impl Alphabet {
         }
         let (small, end) = if leaving <= 4 { (leaving, End::Leaving) } else { (arriving, End::Arriving) };
         let (mut rest, mut cost) = (symbol, 0);
-        for &tile in only_filling(small).iter().chain([&kind]) {
+        for &tile in only_filling(small).iter().chain([&tile]) {
             let (next, settled) = self.take(rest, tile, end)?;
             rest = next;
             cost += settled;
@@ -142,12 +168,12 @@ impl Alphabet {
     }
 }
 
-/// The tiles of a wedge of at most 120 degrees.
-fn only_filling(angle: u8) -> &'static [Kind] {
+/// The angles of the tiles of a wedge of at most 120 degrees.
+fn only_filling(angle: u8) -> &'static [u8] {
     match angle {
-        2 => &[Kind::Triangle],
-        3 => &[Kind::Square],
-        4 => &[Kind::Triangle, Kind::Triangle],
+        2 => &[2],
+        3 => &[3],
+        4 => &[2, 2],
         _ => &[],
     }
 }
@@ -171,7 +197,7 @@ fn fillings(angle: u8) -> Vec<Vec<Kind>> {
         let rest = angle.checked_sub(kind.angle()).map_or(Vec::new(), fillings);
         rest.into_iter().map(move |filling| [&[kind], &filling[..]].concat())
     };
-    Kind::ALL.into_iter().flat_map(with_first).collect()
+    Kind::REGULAR.into_iter().flat_map(with_first).collect()
 }
 
 #[cfg(test)]
@@ -186,12 +212,12 @@ mod tests {
         for _ in 0..2000 {
             let weights = std::array::from_fn(|_| random.index(9) as i64 - 4);
             let alphabet = Alphabet::weighted(weights);
-            let first = Kind::ALL[random.index(2)];
-            let (mut symbol, mut cost) = alphabet.fresh(first);
+            let first = Kind::REGULAR[random.index(2)];
+            let (mut symbol, mut cost) = alphabet.fresh(first.angle());
             let mut tiles = vec![first];
             while angle(symbol) > 0 {
-                let (kind, end) = (Kind::ALL[random.index(2)], [End::Leaving, End::Arriving][random.index(2)]);
-                let Some((next, settled)) = alphabet.take(symbol, kind, end) else { continue };
+                let (kind, end) = (Kind::REGULAR[random.index(2)], [End::Leaving, End::Arriving][random.index(2)]);
+                let Some((next, settled)) = alphabet.take(symbol, kind.angle(), end) else { continue };
                 tiles.insert(if end == End::Leaving { tiles.len() } else { 0 }, kind);
                 (symbol, cost) = (next, cost + settled);
             }
@@ -208,22 +234,22 @@ mod tests {
                 // Tiles 0..a lie there; b is placed between; a wedge on each side is left.
                 for a in 1..whole.len() {
                     for b in a..whole.len() {
-                        let (mut symbol, mut cost) = alphabet.fresh(whole[0]);
+                        let (mut symbol, mut cost) = alphabet.fresh(whole[0].angle());
                         for &kind in &whole[1..a] {
-                            let (next, settled) = alphabet.take(symbol, kind, End::Leaving).unwrap();
+                            let (next, settled) = alphabet.take(symbol, kind.angle(), End::Leaving).unwrap();
                             (symbol, cost) = (next, cost + settled);
                         }
                         let sum = |kinds: &[Kind]| kinds.iter().map(|kind| kind.angle()).sum::<u8>();
                         let (before, after) = (&whole[a..b], &whole[b + 1..]);
                         let (mut left, mut right, settled) =
-                            alphabet.split(symbol, sum(before), whole[b], sum(after)).unwrap();
+                            alphabet.split(symbol, sum(before), whole[b].angle(), sum(after)).unwrap();
                         cost += settled;
                         for &kind in before {
-                            let (next, settled) = alphabet.take(left, kind, End::Leaving).unwrap();
+                            let (next, settled) = alphabet.take(left, kind.angle(), End::Leaving).unwrap();
                             (left, cost) = (next, cost + settled);
                         }
                         for &kind in after {
-                            let (next, settled) = alphabet.take(right, kind, End::Leaving).unwrap();
+                            let (next, settled) = alphabet.take(right, kind.angle(), End::Leaving).unwrap();
                             (right, cost) = (next, cost + settled);
                         }
                         assert_eq!(cost, weights[Configuration::of(&whole) as usize]);

@@ -26,6 +26,15 @@ pub enum TilingError {
         /// The limit.
         bytes: usize,
     },
+    /// No tiling with rhombi was found, but there may be one.
+    #[error(
+        "no tiling was found, with any number of rhombi, though searches of up to {states} states each did not rule one out: \
+         turn or shorten some edges, or divide the outline"
+    )]
+    Unsettled {
+        /// States of a search, at most.
+        states: usize,
+    },
     /// The integer programme could not be solved.
     #[error("{0}")]
     Solver(#[from] SolveError),

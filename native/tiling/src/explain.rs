@@ -49,7 +49,8 @@ pub struct Explanation {
     pub verdict: Verdict,
     /// What is wrong and what to change, or what any tiling consists of.
     pub sentence: String,
-    /// Corners at fault, as indices into the code; for [`Verdict::NotSimple`] pairs of edges, by the corners they leave.
+    /// Corners at fault, as indices into the code; for [`Verdict::NotSimple`] pairs of edges, by the corners they leave; for
+    /// [`Verdict::Refuted`] one whose leaving edge no tile fits, if that is the reason.
     pub corners: Vec<u32>,
     /// The corners of the outline, and its end when it does not close; empty for [`Verdict::Angle`].
     pub points: Vec<Point>,
@@ -81,8 +82,10 @@ pub fn explain_boundary(code: &[u8], options: &Options, monitor: &Monitor) -> Re
     }
     let boundary = boundary?;
     let certificate = Certificate::new(boundary.directions());
-    let (verdict, sentence) = if let Some(sentence) = refute(&boundary, monitor)? {
-        (Verdict::Refuted, sentence)
+    let mut corners = Vec::new();
+    let (verdict, sentence) = if let Some(refutation) = refute(&boundary, monitor)? {
+        corners = refutation.corners;
+        (Verdict::Refuted, refutation.sentence)
     } else if is_tileable(&boundary, options, monitor)? {
         (Verdict::Tileable, certificate.to_string())
     } else {
@@ -93,5 +96,5 @@ pub fn explain_boundary(code: &[u8], options: &Options, monitor: &Monitor) -> Re
         );
         (Verdict::Untileable, sentence)
     };
-    Ok(Explanation { verdict, sentence, corners: Vec::new(), points, certificate: Some(certificate) })
+    Ok(Explanation { verdict, sentence, corners, points, certificate: Some(certificate) })
 }

@@ -23,7 +23,7 @@ const PLACEMENTS: usize = 12;
 const SHIFT: f64 = 4.0;
 
 /// A point of the drawn curve's plane.
-type Position = [f64; 2];
+pub(crate) type Position = [f64; 2];
 
 /// Options of [`fit_boundary`]. `Default` gives the recommended values.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,10 +72,10 @@ impl Fit {
 
 /// From the plane of a tiling to that of the curve.
 #[derive(Debug, Clone, Copy)]
-struct Placement {
-    origin: Position,
-    rotation: f64,
-    edge_length: f64,
+pub(crate) struct Placement {
+    pub(crate) origin: Position,
+    pub(crate) rotation: f64,
+    pub(crate) edge_length: f64,
 }
 
 impl Placement {
@@ -86,7 +86,7 @@ impl Placement {
     }
 
     /// The inverse of `out`.
-    fn back(&self, [x, y]: Position) -> Position {
+    pub(crate) fn back(&self, [x, y]: Position) -> Position {
         let (sin, cos) = self.rotation.sin_cos();
         let (x, y) = ((x - self.origin[0]) / self.edge_length, (y - self.origin[1]) / self.edge_length);
         [cos * x + sin * y, cos * y - sin * x]
@@ -324,13 +324,30 @@ fn contains(curve: &[Position], p: Position) -> bool {
 
 /// Distance from a point to a closed polygon.
 fn to_curve(p: Position, curve: &[Position]) -> f64 {
-    let to_segment = |[a, b]: [Position; 2]| {
-        let (d, e) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-        let square = d[0] * d[0] + d[1] * d[1];
-        let t = if square > 0.0 { ((d[0] * e[0] + d[1] * e[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
-        (e[0] - t * d[0]).hypot(e[1] - t * d[1])
-    };
+    let to_segment = |segment| on_segment(p, segment).0;
     segments(curve).map(to_segment).fold(f64::INFINITY, f64::min)
+}
+
+/// Distance from a point to a closed polygon, and how far along the polygon its nearest point lies.
+pub(crate) fn nearest(curve: &[Position], p: Position) -> (f64, f64) {
+    let (mut best, mut begin) = ((f64::INFINITY, 0.0), 0.0);
+    for [a, b] in segments(curve) {
+        let (away, t) = on_segment(p, [a, b]);
+        let length = distance(a, b);
+        if away < best.0 {
+            best = (away, begin + t * length);
+        }
+        begin += length;
+    }
+    best
+}
+
+/// Distance from a point to a segment, and where on it, from 0 to 1, the nearest point lies.
+fn on_segment(p: Position, [a, b]: [Position; 2]) -> (f64, f64) {
+    let (d, e) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+    let square = d[0] * d[0] + d[1] * d[1];
+    let t = if square > 0.0 { ((d[0] * e[0] + d[1] * e[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+    ((e[0] - t * d[0]).hypot(e[1] - t * d[1]), t)
 }
 
 /// Points along a polygon, at most a quarter of an edge apart.

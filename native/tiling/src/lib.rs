@@ -4,37 +4,47 @@
 //! parts 3 and 6; docs/papers.md maps its sections to files. Everything about tilings is
 //! exact: only `fit`, whose curves are drawn, decides by rounded numbers.
 
+mod border;
 mod boundary;
 mod certificate;
 mod corner;
 mod error;
 mod explain;
+mod fence;
 mod fit;
 mod graph;
 mod inflate;
+mod nearest;
 mod options;
+mod packed;
 mod paths;
+mod peel;
 mod picture;
+mod piece;
 mod plane;
 mod programme;
 mod random;
 mod region;
 mod repair;
+mod rhombi;
 mod symmetry;
 mod tile;
 mod tilings;
 mod value;
 
+pub use border::Conflict;
 pub use boundary::Boundary;
 pub use certificate::Certificate;
 pub use error::TilingError;
 pub use explain::{Explanation, Verdict, explain_boundary};
 pub use fit::{Fit, FitOptions, fit_boundary};
 pub use mesh::Cancelled;
+pub use nearest::{NearestLoop, nearest_loop_by_programme};
 pub use num_bigint::BigUint;
 pub use options::Options;
 pub use plane::{Direction, Isometry, Point, Surd};
 pub use programme::tilings_by_programme;
 pub use repair::{Repair, repair};
+pub use rhombi::{WithRhombi, count_with_rhombi, tile_with_rhombi};
 pub use tile::{Configuration, Kind, Tile, Tiling};
-pub use tilings::{Tilings, count_tilings, find_tiling, is_tileable, refute};
+pub use tilings::{Refutation, Tilings, count_tilings, find_tiling, is_tileable, refute};

@@ -6,21 +6,24 @@ use std::fmt::Write;
 
 impl Tile {
     /// By how many times 30 degrees the tile is turned against one with an edge along the x axis: 0 to 2 for squares, 0
-    /// to 3 for triangles, whose other symmetries need no name.
+    /// to 3 for triangles, 0 to 5 for rhombi, whose other symmetries need no name.
     pub fn orientation(self) -> u8 {
         self.direction
             % match self.kind {
                 Kind::Triangle => 4,
                 Kind::Square => 3,
+                Kind::Rhombus => 6,
             }
     }
 }
 
 impl Tiling {
-    /// An SVG picture `width` pixels wide, y upwards: triangles warm, squares cold, a shade for each orientation.
+    /// An SVG picture `width` pixels wide, y upwards: triangles warm, squares cold, a shade for each orientation;
+    /// rhombi magenta.
     pub fn svg(&self, width: u32) -> String {
         const TRIANGLES: [&str; 4] = ["#f6c65b", "#f2a541", "#fbe3a3", "#e98a3c"];
         const SQUARES: [&str; 3] = ["#9cc4e4", "#5a95c4", "#c9e0f0"];
+        const RHOMBUS: &str = "#c2347e";
         const MARGIN: f64 = 4.0;
         let corners = || self.tiles.iter().flat_map(|tile| tile.corners()).map(Point::position);
         let range = |axis: usize| {
@@ -38,6 +41,7 @@ impl Tiling {
             let colour = match tile.kind {
                 Kind::Triangle => TRIANGLES[tile.orientation() as usize],
                 Kind::Square => SQUARES[tile.orientation() as usize],
+                Kind::Rhombus => RHOMBUS,
             };
             let _ = write!(svg, "<polygon fill=\"{colour}\" points=\"");
             for corner in tile.corners() {

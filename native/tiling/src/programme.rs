@@ -105,7 +105,7 @@ fn fill(at: Direction, angle: u8, edges: &mut Vec<Direction>, found: &mut BTreeS
         found.insert(edges.iter().copied().collect());
         return;
     }
-    for kind in Kind::ALL {
+    for kind in Kind::REGULAR {
         if angle >= kind.angle() {
             let next = (at + kind.angle()) % 12;
             edges.push(next);
@@ -129,7 +129,7 @@ fn to_tiling(edges: &BTreeSet<Edge>, at_corner: &BTreeMap<Point, usize>, boundar
             // Outside the corner's wedge there are no tiles.
             let is_last = corner.is_some_and(|(first, angle)| (direction + 12 - first) % 12 == angle);
             let to_next = (1..12).find(|turn| directions.contains(&((direction + turn) % 12)));
-            let kind = Kind::ALL.into_iter().find(|kind| to_next == Some(kind.angle()));
+            let kind = Kind::REGULAR.into_iter().find(|kind| to_next == Some(kind.angle()));
             if let (false, Some(kind)) = (is_last, kind) {
                 tiles.insert(Tile { origin, direction, kind }.normalised());
             }

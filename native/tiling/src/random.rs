@@ -29,6 +29,11 @@ impl Random {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// A number below `bound`, which must not be zero and is small.
+    pub(crate) fn index(&mut self, bound: usize) -> usize {
+        (self.unit() * bound as f64) as usize
+    }
+
     /// A number below `bound`, which must not be zero; each is equally likely.
     pub(crate) fn below(&mut self, bound: &BigUint) -> BigUint {
         let width = bound.bits();

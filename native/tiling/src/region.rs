@@ -7,17 +7,30 @@
 //! Crossing loops need no test: the tiles placed so far and any filling of what remains glue to a disk of flat faces, and
 //! a disk whose outline is the simple loop it began with lies flat in the plane. So a loop that crosses itself has no
 //! filling, and the search finds none.
+//!
+//! Where thin rhombi are allowed (section 6), two more pieces fit an edge, with the sharp corner at either end. While the
+//! region may take more of them, fewer moves are forced: an edge near which a rhombus may lie leaves a choice, and a corner
+//! of 30 degrees needs one. Once they are used up, the moves of a region of triangles and squares are forced again.
 
 use crate::corner::{Alphabet, End, Symbol, angle};
+use crate::fence::Fence;
+use crate::packed::{Crowd, pack, unpack};
+use crate::piece::{Piece, defect_of};
 use crate::plane::{Direction, Isometry, Point};
-use crate::tile::{Kind, Tile};
+use crate::tile::Tile;
 use mesh::Monitor;
 
 /// Most edges of an outline: packed coordinates have 16 bits each.
 pub(crate) const MAX_EDGES: usize = 16_000;
 
+/// In place of a number of rhombi: no limit.
+pub(crate) const ANY_NUMBER: u16 = u16::MAX;
+
 /// Corner of a loop, by its index in the pool.
 type Corner = u32;
+
+/// A corner that a tile has just made, and the tile's angle there.
+type Fresh = (Corner, u8);
 
 /// Mark of a free place in the pool, and its position.
 const FREE: Corner = Corner::MAX;
@@ -25,25 +38,6 @@ const NOWHERE: i64 = i64::MIN;
 
 /// By angle, the tiles that a corner admits at its ends: bit 0 triangle, bit 1 square.
 const ADMITS: [u8; 16] = [0, 0, 1, 2, 1, 3, 3, 3, 3, 3, 3, 3, 0, 0, 0, 0];
-
-/// A point's four coordinates in one integer, so that adding and comparing points is adding and comparing integers. Two
-/// points of one region never share one: their coordinates differ by at most the number of edges.
-fn pack(Point([a, b, c, d]): Point) -> i64 {
-    i64::from(a) + (i64::from(b) << 16) + (i64::from(c) << 32) + (i64::from(d) << 48)
-}
-
-fn unpack(mut packed: i64) -> Point {
-    Point(std::array::from_fn(|_| {
-        let low = packed as i16;
-        packed = (packed - i64::from(low)) >> 16;
-        i32::from(low)
-    }))
-}
-
-/// A position in 32 bits, to look for equal ones four at a time. Different positions may share one.
-fn mark(position: i64) -> u32 {
-    ((position as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as u32
-}
 
 /// A linear order of the plane's directions in exact integers: the branch edge lies at the lowest corner in it.
 #[derive(Debug, Clone, Copy)]
@@ -116,14 +110,22 @@ pub(crate) struct Region {
     units: [i64; 12],
     nodes: Vec<Node>,
     positions: Vec<i64>,
-    marks: Vec<u32>,
+    crowd: Crowd,
     free: Vec<Corner>,
     /// Edges to look at again, by the corner they leave.
     queue: Vec<Corner>,
-    placed: Vec<(i64, Direction, Kind)>,
+    placed: Vec<(i64, Direction, Piece)>,
     /// Loop of each corner, filled by `loops`.
     loop_of: Vec<u32>,
     cost: i64,
+    /// How many more rhombi may be placed.
+    rhombi: u16,
+    /// The certificate's defect of what is left; a rhombus changes it by one.
+    defect: i32,
+    /// Where rhombi may lie; everywhere when there is none.
+    fence: Option<Fence>,
+    /// Where the loaded loop's first corner lies in the fence's plane.
+    base: Point,
 }
 
 impl Region {
@@ -134,25 +136,53 @@ impl Region {
             units: std::array::from_fn(|d| pack(Point::unit(d as u8))),
             nodes: Vec::new(),
             positions: Vec::new(),
-            marks: Vec::new(),
+            crowd: Crowd::default(),
             free: Vec::new(),
             queue: Vec::new(),
             placed: Vec::new(),
             loop_of: Vec::new(),
             cost: 0,
+            rhombi: 0,
+            defect: 0,
+            fence: None,
+            base: Point::ORIGIN,
         }
+    }
+
+    /// Keeps rhombi inside a fence, if there is one.
+    pub(crate) fn fenced(self, fence: Option<Fence>) -> Self {
+        Self { fence, ..self }
+    }
+
+    /// True when it matters where a loop lies.
+    pub(crate) fn is_fenced(&self) -> bool {
+        self.fence.is_some()
+    }
+
+    /// Lets up to `rhombi` rhombi be placed in the loop just loaded, whose certificate has this defect, and whose first
+    /// corner is at `base`.
+    pub(crate) fn allow(&mut self, rhombi: u16, defect: i32, base: Point) {
+        self.rhombi = rhombi;
+        self.defect = defect;
+        self.base = base;
+    }
+
+    /// How many more rhombi may be placed.
+    pub(crate) fn rhombi(&self) -> u16 {
+        self.rhombi
     }
 
     /// Starts over with one loop, its first corner at the origin.
     pub(crate) fn load(&mut self, word: &[u8]) {
         self.nodes.clear();
         self.positions.clear();
-        self.marks.clear();
         self.free.clear();
         self.queue.clear();
         self.placed.clear();
         self.cost = 0;
+        self.rhombi = 0;
         let (mut direction, symbols) = (word[0], &word[1..]);
+        self.crowd.clear(symbols.len());
         let last = symbols.len() as Corner - 1;
         let mut position = 0;
         for (k, &symbol) in symbols.iter().enumerate() {
@@ -163,7 +193,7 @@ impl Region {
             let (next, prev) = (if k == last { 0 } else { k + 1 }, if k == 0 { last } else { k - 1 });
             self.nodes.push(Node { next, prev, symbol, direction });
             self.positions.push(position);
-            self.marks.push(mark(position));
+            *self.crowd.at(position) += 1;
             position += self.units[direction as usize];
         }
     }
@@ -180,20 +210,23 @@ impl Region {
 
     /// Tiles placed since the load.
     pub(crate) fn placed(&self) -> impl Iterator<Item = Tile> {
-        self.placed.iter().map(|&(origin, direction, kind)| Tile { origin: unpack(origin), direction, kind })
+        self.placed.iter().map(|&(origin, direction, piece)| piece.tile(unpack(origin), direction))
     }
 
-    /// Places `kind` on the loaded loop's first edge, and its images under `group` on theirs; then all forced moves.
+    /// Places `piece` on the loaded loop's first edge, and its images under `group` on theirs; then all forced moves.
     ///
     /// # Errors
     /// [`Halt`].
-    pub(crate) fn play(&mut self, kind: Kind, group: &[Isometry], monitor: &Monitor) -> Result<(), Halt> {
-        let first = Tile { origin: Point::ORIGIN, direction: self.nodes[0].direction, kind };
-        self.place(0, kind).ok_or(Halt::DeadEnd)?;
+    pub(crate) fn play(&mut self, piece: Piece, group: &[Isometry], monitor: &Monitor) -> Result<(), Halt> {
+        if self.rhombi > 0 && self.fitting(0) & piece.bit() == 0 {
+            return Err(Halt::DeadEnd);
+        }
+        let first = piece.tile(Point::ORIGIN, self.nodes[0].direction);
+        self.place(0, piece).ok_or(Halt::DeadEnd)?;
         for isometry in group {
             let image = first.mapped(*isometry);
             if let Some(corner) = self.corner_of(image.origin, image.direction) {
-                self.place(corner, kind).ok_or(Halt::DeadEnd)?;
+                self.place(corner, piece).ok_or(Halt::DeadEnd)?;
             } else if !self.placed().any(|tile| tile.normalised() == image.normalised()) {
                 return Err(Halt::DeadEnd);
             }
@@ -207,22 +240,65 @@ impl Region {
     /// [`Halt`].
     pub(crate) fn settle(&mut self, monitor: &Monitor) -> Result<(), Halt> {
         while let Some(corner) = self.queue.pop() {
-            let node = self.nodes[corner as usize];
-            if node.next == FREE {
+            if self.nodes[corner as usize].next == FREE {
                 continue;
             }
-            let kind = match ADMITS[angle(node.symbol) as usize] & ADMITS[angle(self.symbol(node.next)) as usize] {
+            let piece = match self.fitting(corner) {
                 0 => return Err(Halt::DeadEnd),
-                1 => Kind::Triangle,
-                2 => Kind::Square,
+                0b0001 => Piece::Triangle,
+                0b0010 => Piece::Square,
+                0b0100 => Piece::Sharp,
+                0b1000 => Piece::Blunt,
                 _ => continue,
             };
-            self.place(corner, kind).ok_or(Halt::DeadEnd)?;
+            self.place(corner, piece).ok_or(Halt::DeadEnd)?;
             if self.placed.len().is_multiple_of(64) && monitor.is_cancelled() {
                 return Err(Halt::Cancelled);
             }
         }
         Ok(())
+    }
+
+    /// The pieces that the corners at both ends of an edge admit, by [`Piece::bit`].
+    #[inline]
+    fn fitting(&mut self, corner: Corner) -> u8 {
+        let Node { next, symbol, .. } = self.nodes[corner as usize];
+        let (from, to) = (angle(symbol), angle(self.symbol(next)));
+        if self.rhombi == 0 {
+            return ADMITS[from as usize] & ADMITS[to as usize];
+        }
+        self.fitting_with_rhombi(corner, from, to)
+    }
+
+    fn fitting_with_rhombi(&mut self, corner: Corner, from: u8, to: u8) -> u8 {
+        let direction = self.nodes[corner as usize].direction;
+        let origin = unpack(self.positions[corner as usize]) + self.base;
+        let end = origin + Point::unit(direction);
+        let mut bits = 0;
+        for piece in Piece::ALL {
+            let [begin, arrive] = piece.angles();
+            if from >= begin
+                && to >= arrive
+                && self.may_be_left(from - begin, origin)
+                && self.may_be_left(to - arrive, end)
+                && (!piece.is_rhombus() || self.may_lie(piece.tile(origin, direction)))
+            {
+                bits |= piece.bit();
+            }
+        }
+        bits
+    }
+
+    /// True unless the angle is left for a sharp corner that may not lie at the point.
+    fn may_be_left(&mut self, angle: u8, point: Point) -> bool {
+        angle != 1 || self.fence.as_mut().is_none_or(|fence| fence.may_admit(point))
+    }
+
+    /// True when a rhombus lies within the fence and leaves a defect that the other rhombi can take up.
+    fn may_lie(&mut self, rhombus: Tile) -> bool {
+        let left = self.defect - defect_of(rhombus.direction);
+        (self.rhombi == ANY_NUMBER || left.unsigned_abs() < u32::from(self.rhombi))
+            && self.fence.as_mut().is_none_or(|fence| fence.admits(rhombus.corners()))
     }
 
     /// The corner at a point whose edge leaves in this direction.
@@ -246,82 +322,94 @@ impl Region {
         let corner = if let Some(corner) = self.free.pop() {
             self.nodes[corner as usize] = node;
             self.positions[corner as usize] = position;
-            self.marks[corner as usize] = mark(position);
             corner
         } else {
             self.nodes.push(node);
             self.positions.push(position);
-            self.marks.push(mark(position));
             self.nodes.len() as Corner - 1
         };
+        *self.crowd.at(position) += 1;
         self.queue.push(corner);
         corner
     }
 
     fn remove(&mut self, corner: Corner) {
         self.nodes[corner as usize].next = FREE;
+        *self.crowd.at(self.positions[corner as usize]) -= 1;
         self.positions[corner as usize] = NOWHERE;
-        self.marks[corner as usize] = mark(NOWHERE);
         self.free.push(corner);
     }
 
     /// Lets a tile take an end of a corner. `None` when it does not fit.
-    fn take(&mut self, corner: Corner, kind: Kind, end: End) -> Option<()> {
-        let (symbol, cost) = self.alphabet.take(self.symbol(corner), kind, end)?;
+    fn take(&mut self, corner: Corner, tile: u8, end: End) -> Option<()> {
         let node = &mut self.nodes[corner as usize];
+        let (symbol, cost) = self.alphabet.take(node.symbol, tile, end)?;
         node.symbol = symbol;
         self.cost += cost;
-        let before = node.prev;
-        self.queue.extend([corner, before]);
         Some(())
     }
 
     /// Puts a tile on the edge that leaves `from`. `None` when it does not fit.
-    fn place(&mut self, from: Corner, kind: Kind) -> Option<()> {
-        let Node { next: to, direction, .. } = self.nodes[from as usize];
+    fn place(&mut self, from: Corner, piece: Piece) -> Option<()> {
+        let Node { next: to, prev: before, direction, .. } = self.nodes[from as usize];
         let origin = self.positions[from as usize];
-        self.placed.push((origin, direction, kind));
-        self.take(from, kind, End::Leaving)?;
-        self.take(to, kind, End::Arriving)?;
-        let (symbol, cost) = self.alphabet.fresh(kind);
-        let up = (direction + kind.angle()) % 12;
-        let down = (direction + 12 - kind.angle()) % 12;
+        let [begin, arrive] = piece.angles();
+        self.placed.push((origin, direction, piece));
+        self.take(from, begin, End::Leaving)?;
+        self.take(to, arrive, End::Arriving)?;
+        for corner in [before, from, to] {
+            self.queue.push(corner);
+        }
+        let up = (direction + begin) % 12;
         let above = origin + self.units[up as usize];
         self.nodes[from as usize].direction = up;
-        let fresh = match kind {
-            Kind::Triangle => {
-                let apex = self.add(symbol, down, above);
-                self.link(from, apex);
-                self.link(apex, to);
-                self.cost += cost;
-                [apex, FREE]
-            }
-            Kind::Square => {
-                let left = self.add(symbol, direction, above);
-                let right = self.add(symbol, down, above + self.units[direction as usize]);
-                self.link(from, left);
-                self.link(left, right);
-                self.link(right, to);
-                self.cost += 2 * cost;
-                [left, right]
-            }
+        let fresh = if piece == Piece::Triangle {
+            let (symbol, cost) = self.alphabet.fresh(begin);
+            let apex = self.add(symbol, (direction + 10) % 12, above);
+            self.link(from, apex);
+            self.link(apex, to);
+            self.cost += cost;
+            [(apex, begin), (FREE, 0)]
+        } else {
+            // Opposite angles are equal.
+            let ((left_symbol, left_cost), (right_symbol, right_cost)) =
+                (self.alphabet.fresh(arrive), self.alphabet.fresh(begin));
+            let left = self.add(left_symbol, direction, above);
+            let right = self.add(right_symbol, (up + 6) % 12, above + self.units[direction as usize]);
+            self.link(from, left);
+            self.link(left, right);
+            self.link(right, to);
+            self.cost += left_cost + right_cost;
+            [(left, arrive), (right, begin)]
         };
-        for end in [from, to] {
-            if self.nodes[end as usize].next != FREE && angle(self.symbol(end)) == 0 {
-                self.zip(end, fresh, kind)?;
+        if piece.is_rhombus() {
+            self.cost += 1;
+            if self.rhombi != ANY_NUMBER {
+                self.rhombi = self.rhombi.checked_sub(1)?;
+                self.defect -= defect_of(piece.tile(Point::ORIGIN, direction).direction);
+                if self.rhombi == 0 {
+                    // More moves are forced from here.
+                    self.queue_all();
+                }
             }
         }
-        for corner in fresh {
+        for end in [from, to] {
+            if self.nodes[end as usize].next != FREE && angle(self.symbol(end)) == 0 {
+                self.zip(end, fresh)?;
+            }
+        }
+        for (corner, tile) in fresh {
             if corner != FREE && self.nodes[corner as usize].next != FREE {
-                self.split_at(corner, fresh, kind)?;
+                self.split_at(corner, tile, fresh)?;
             }
         }
         Some(())
     }
 
     /// Cancels the two edges at a corner whose angle is used up, and goes on while the next corner's is used up too. One
-    /// of the two corners that meet is new, with one tile of `kind`, which the other takes over.
-    fn zip(&mut self, mut corner: Corner, fresh: [Corner; 2], kind: Kind) -> Option<()> {
+    /// of the two corners that meet is new, with one tile, which the other takes over.
+    fn zip(&mut self, mut corner: Corner, fresh: [Fresh; 2]) -> Option<()> {
+        let tile_at = |corner: Corner| fresh.iter().find(|fresh| fresh.0 == corner).map(|fresh| fresh.1);
         loop {
             let Node { next, prev, .. } = self.nodes[corner as usize];
             if next == prev {
@@ -333,23 +421,25 @@ impl Region {
                 self.remove(next);
                 return Some(());
             }
-            self.cost -= self.alphabet.fresh(kind).1;
-            let (kept, end) = if fresh.contains(&next) {
+            let (kept, end, tile) = if let Some(tile) = tile_at(next) {
                 let Node { next: beyond, direction, .. } = self.nodes[next as usize];
                 self.nodes[prev as usize].direction = direction;
                 self.remove(next);
                 self.link(prev, beyond);
-                (prev, End::Leaving)
-            } else if fresh.contains(&prev) {
+                (prev, End::Leaving, tile)
+            } else if let Some(tile) = tile_at(prev) {
                 let beyond = self.nodes[prev as usize].prev;
                 self.remove(prev);
                 self.link(beyond, next);
-                (next, End::Arriving)
+                (next, End::Arriving, tile)
             } else {
                 return None;
             };
+            self.cost -= self.alphabet.fresh(tile).1;
             self.remove(corner);
-            self.take(kept, kind, end)?;
+            self.take(kept, tile, end)?;
+            self.queue.push(kept);
+            self.queue.push(self.nodes[kept as usize].prev);
             if angle(self.symbol(kept)) != 0 {
                 return Some(());
             }
@@ -358,7 +448,7 @@ impl Region {
     }
 
     /// Splits the loop of a new corner that lies on another corner of it.
-    fn split_at(&mut self, corner: Corner, fresh: [Corner; 2], kind: Kind) -> Option<()> {
+    fn split_at(&mut self, corner: Corner, tile: u8, fresh: [Fresh; 2]) -> Option<()> {
         let position = self.positions[corner as usize];
         let Some(other) = self.other_at(position, corner) else { return Some(()) };
         let (before, before_other) = (self.nodes[corner as usize].prev, self.nodes[other as usize].prev);
@@ -366,26 +456,26 @@ impl Region {
             (self.nodes[arriving as usize].direction + 18 - self.nodes[leaving as usize].direction) % 12
         };
         let (leaving, arriving) = (wedge(before, other), wedge(before_other, corner));
-        let (one, two, cost) = self.alphabet.split(self.symbol(other), leaving, kind, arriving)?;
-        self.cost += cost - self.alphabet.fresh(kind).1;
+        let (one, two, cost) = self.alphabet.split(self.symbol(other), leaving, tile, arriving)?;
+        self.cost += cost - self.alphabet.fresh(tile).1;
         self.link(before, other);
         self.link(before_other, corner);
         self.nodes[other as usize].symbol = one;
         self.nodes[corner as usize].symbol = two;
-        self.queue.extend([other, before, corner, before_other]);
+        for corner in [other, before, corner, before_other] {
+            self.queue.push(corner);
+        }
         for end in [other, corner] {
             if self.nodes[end as usize].next != FREE && angle(self.symbol(end)) == 0 {
-                self.zip(end, fresh, kind)?;
+                self.zip(end, fresh)?;
             }
         }
         Some(())
     }
 
     /// Another corner of the same loop at the same place.
-    fn other_at(&self, position: i64, corner: Corner) -> Option<Corner> {
-        // Nearly always the corner is alone: count without a branch, which the compiler turns into wide comparisons.
-        let mark = mark(position);
-        if self.marks.iter().map(|&other| u32::from(other == mark)).sum::<u32>() == 1 {
+    fn other_at(&mut self, position: i64, corner: Corner) -> Option<Corner> {
+        if *self.crowd.at(position) == 1 {
             return None;
         }
         let same_loop = |other: Corner| {
@@ -452,16 +542,6 @@ impl Region {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn packing_loses_nothing_and_adds(a in prop::array::uniform4(-8000..8000), b in prop::array::uniform4(-8000..8000)) {
-            let (a, b) = (Point(a), Point(b));
-            prop_assert_eq!(unpack(pack(a)), a);
-            prop_assert_eq!(unpack(pack(a) + pack(b)), a + b);
-        }
-    }
 
     fn is_filled(region: &mut Region) -> bool {
         let mut loops = Loops::default();

@@ -4,41 +4,52 @@ use crate::plane::{Direction, Isometry, Point};
 use mesh::{DVec3, PolygonMesh};
 use std::collections::BTreeMap;
 
-/// One of the two tiles.
+/// What a tile is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// Equilateral, unit edges.
     Triangle,
     /// Unit edges.
     Square,
+    /// The thin rhombus of section 6: unit edges, 30 degrees at two corners. Only where a caller asks for it.
+    Rhombus,
 }
 
 impl Kind {
-    /// Both, in the order in which tilings are listed.
-    pub const ALL: [Self; 2] = [Self::Triangle, Self::Square];
+    /// The two tiles that tilings are made of, in the order in which tilings are listed.
+    pub const REGULAR: [Self; 2] = [Self::Triangle, Self::Square];
 
     /// Number of corners.
     pub const fn corners(self) -> usize {
         match self {
             Self::Triangle => 3,
-            Self::Square => 4,
+            Self::Square | Self::Rhombus => 4,
         }
     }
 
-    /// Interior angle in units of 30 degrees.
+    /// Interior angle at the corner where a tile begins, and at every second one from there, in units of 30 degrees.
     pub const fn angle(self) -> u8 {
-        self.corners() as u8 - 1
+        self.angles()[0]
+    }
+
+    /// Interior angles at the corner where a tile begins and at the next; they alternate.
+    pub const fn angles(self) -> [u8; 2] {
+        match self {
+            Self::Triangle => [2; 2],
+            Self::Square => [3; 2],
+            Self::Rhombus => [1, 5],
+        }
     }
 }
 
 /// A tile at its place: on the left of the unit edge that leaves `origin` in `direction`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Tile {
-    /// One corner.
+    /// One corner; of a rhombus a sharp one.
     pub origin: Point,
     /// Direction of the edge to the next corner, counter-clockwise.
     pub direction: Direction,
-    /// Triangle or square.
+    /// What it is.
     pub kind: Kind,
 }
 
@@ -46,26 +57,37 @@ impl Tile {
     /// The corners, counter-clockwise from `origin`.
     pub fn corners(self) -> impl ExactSizeIterator<Item = Point> {
         let mut corner = self.origin;
-        let mut direction = self.direction;
-        (0..self.kind.corners()).map(move |_| {
+        (0..self.kind.corners()).map(move |k| {
             let this = corner;
-            corner = corner + Point::unit(direction);
-            direction += 6 - self.kind.angle();
+            corner = corner + Point::unit(self.leaving(k));
             this
         })
+    }
+
+    /// Direction of the edge that leaves a corner, by the corner's number.
+    pub(crate) fn leaving(self, corner: usize) -> Direction {
+        let angles = self.kind.angles();
+        let turns = (1..=corner).map(|k| 6 - angles[k % 2]).sum::<u8>();
+        (self.direction + turns) % 12
     }
 
     /// The same tile from its least corner: equal tiles become equal values.
     #[must_use]
     pub fn normalised(self) -> Self {
-        let turn = 6 - self.kind.angle();
-        let (k, origin) = self.corners().enumerate().min_by_key(|&(_, corner)| corner).unwrap_or((0, self.origin));
-        Self { origin, direction: (self.direction + k as u8 * turn) % 12, ..self }
+        let step = if self.kind == Kind::Rhombus { 2 } else { 1 };
+        let least = self.corners().enumerate().step_by(step).min_by_key(|&(_, corner)| corner);
+        let (k, origin) = least.unwrap_or((0, self.origin));
+        Self { origin, direction: self.leaving(k), ..self }
     }
 
     /// Image under a symmetry of the plane.
     #[must_use]
     pub fn mapped(self, by: Isometry) -> Self {
+        if by.mirror && self.kind == Kind::Rhombus {
+            // The edge that arrives at the sharp corner leaves it when mirrored.
+            let direction = by.direction((self.direction + self.kind.angle()) % 12);
+            return Self { origin: by.point(self.origin), direction, ..self };
+        }
         // A mirrored edge is turned round, so that the tile stays on its left.
         let from = if by.mirror { self.origin + Point::unit(self.direction) } else { self.origin };
         let direction = by.direction(self.direction) + if by.mirror { 6 } else { 0 };
@@ -110,23 +132,29 @@ pub struct Tiling {
 }
 
 impl Tiling {
-    /// The inner vertices with their configurations, in the order of their coordinates. Costs O(n log n).
+    /// The inner vertices without a rhombus, with their configurations, in the order of their coordinates. Costs O(n log n).
     pub fn configurations(&self) -> Vec<(Point, Configuration)> {
         // The tiles at each vertex by the direction in which their corner opens.
         let mut around: BTreeMap<Point, BTreeMap<Direction, Kind>> = BTreeMap::new();
         for tile in &self.tiles {
             for (k, corner) in tile.corners().enumerate() {
-                let opens = (tile.direction + k as u8 * (6 - tile.kind.angle())) % 12;
-                around.entry(corner).or_default().insert(opens, tile.kind);
+                around.entry(corner).or_default().insert(tile.leaving(k), tile.kind);
             }
         }
-        let full = |kinds: &Vec<Kind>| kinds.iter().map(|kind| kind.angle()).sum::<u8>() == 12;
+        let full = |kinds: &Vec<Kind>| {
+            !kinds.contains(&Kind::Rhombus) && kinds.iter().map(|kind| kind.angle()).sum::<u8>() == 12
+        };
         around
             .into_iter()
             .map(|(point, kinds)| (point, kinds.into_values().collect::<Vec<_>>()))
             .filter(|(_, kinds)| full(kinds))
             .map(|(point, kinds)| (point, Configuration::of(&kinds)))
             .collect()
+    }
+
+    /// How many tiles are of a kind.
+    pub fn count(&self, kind: Kind) -> usize {
+        self.tiles.iter().filter(|tile| tile.kind == kind).count()
     }
 
     /// How many inner vertices have each configuration, in the order of [`Configuration::ALL`].

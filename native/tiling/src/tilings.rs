@@ -4,6 +4,7 @@
 //! ones through a random field. The state graph counts them all; an index is then decoded digit by digit.
 
 use crate::TilingError;
+use crate::border::Conflict;
 use crate::boundary::Boundary;
 use crate::certificate::Certificate;
 use crate::corner::Alphabet;
@@ -49,11 +50,35 @@ pub fn find_tiling(
     options: &Options,
     monitor: &Monitor,
 ) -> Result<Option<Tiling>, TilingError> {
+    search(boundary, seed, usize::MAX, options, monitor)
+}
+
+/// As [`find_tiling`], but gives up, and says that there is none, when it has met too many states.
+pub(crate) fn find_within(
+    boundary: &Boundary,
+    seed: u64,
+    most_states: usize,
+    options: &Options,
+    monitor: &Monitor,
+) -> Result<Option<Tiling>, TilingError> {
+    match search(boundary, seed, most_states, options, monitor) {
+        Err(TilingError::Memory { .. }) => Ok(None),
+        found => found,
+    }
+}
+
+fn search(
+    boundary: &Boundary,
+    seed: u64,
+    most_states: usize,
+    options: &Options,
+    monitor: &Monitor,
+) -> Result<Option<Tiling>, TilingError> {
     monitor.stage("find", 0.0)?;
     let group = [Isometry::default()];
-    let sweep = sweep(boundary, &group);
-    let mut graph = Graph::<bool>::new(Alphabet::plain(), sweep, options.memory).shuffled(Random::new(seed));
-    let begun = graph.begin(&boundary.word(), &group, monitor).map_err(never_overflows)?;
+    let graph = Graph::<bool>::new(Alphabet::plain(), sweep(boundary, &group), options.memory);
+    let mut graph = graph.limited(most_states.min(State::MAX as usize)).shuffled(Random::new(seed));
+    let begun = graph.begin(&boundary.word(), 0, &group, monitor).map_err(never_overflows)?;
     let Some(root) = begun else { return Ok(None) };
     if !graph.evaluate(&root, monitor).map_err(never_overflows)? {
         return Ok(None);
@@ -66,26 +91,47 @@ pub fn find_tiling(
     Walk::new(graph, Some(root)).assemble((), choose, monitor)
 }
 
-/// Why an outline has no tiling, when that takes no search: its [`Certificate`], or forced moves that contradict each other
-/// or leave a loop whose certificate does. `None` says nothing: it may have tilings or not. Costs microseconds.
+/// Why an outline has no tiling.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refutation {
+    /// The reason.
+    pub sentence: String,
+    /// Where it shows, as indices into the code; empty when it is not in one place.
+    pub corners: Vec<u32>,
+}
+
+impl From<String> for Refutation {
+    fn from(sentence: String) -> Self {
+        Self { sentence, corners: Vec::new() }
+    }
+}
+
+/// Why an outline has no tiling, when that takes no search: its [`Certificate`], or tiles along the border that do not fit its
+/// corners ([`Certificate::border_conflict`]); else forced moves that contradict each other or leave a loop whose
+/// certificate does. `None` says nothing: it may have tilings or not. Costs microseconds.
 ///
 /// # Errors
 /// [`TilingError::Cancelled`].
-pub fn refute(boundary: &Boundary, monitor: &Monitor) -> Result<Option<String>, TilingError> {
+pub fn refute(boundary: &Boundary, monitor: &Monitor) -> Result<Option<Refutation>, TilingError> {
     let certificate = Certificate::new(boundary.directions());
     if certificate.refutes() {
-        return Ok(Some(certificate.to_string()));
+        return Ok(Some(certificate.to_string().into()));
+    }
+    if let Some(conflict) = certificate.border_conflict(boundary.directions()) {
+        let corners = if let Conflict::Edge(corner) = conflict { vec![corner] } else { Vec::new() };
+        return Ok(Some(Refutation { sentence: conflict.to_string(), corners }));
     }
     let mut graph = Graph::<bool>::new(Alphabet::plain(), Sweep::new([1, 3]), usize::MAX);
-    let begun = graph.begin(&boundary.word(), &[Isometry::default()], monitor).map_err(never_overflows)?;
+    let begun = graph.begin(&boundary.word(), 0, &[Isometry::default()], monitor).map_err(never_overflows)?;
     let Some(begun) = begun else {
         let sentence = "no tiling exists: where the angles at both ends of an edge leave one choice, the tiles that must \
                         lie there contradict each other";
-        return Ok(Some(sentence.to_owned()));
+        return Ok(Some(sentence.to_owned().into()));
     };
     let left = begun.parts.iter().map(|part| Certificate::new(&graph.directions(part.state)));
     let refuted = left.into_iter().find(Certificate::refutes);
-    Ok(refuted.map(|certificate| format!("after the tiles that must lie along the outline are placed, {certificate}")))
+    let sentence = |left| format!("after the tiles that must lie along the outline are placed, {left}");
+    Ok(refuted.map(|certificate| sentence(certificate).into()))
 }
 
 /// All tilings of an outline, or all that have certain symmetries, in a fixed order.
@@ -226,12 +272,7 @@ impl Tilings {
         let (graph, root, Cost(least)) =
             evaluate::<Cost>(&self.boundary, &self.group, alphabet, &self.options, monitor).map_err(never_overflows)?;
         let Some(least) = least else { return Ok(None) };
-        let choose = |graph: &Graph<Cost>, alternatives: &[Alternative], ()| {
-            let cost = |alternative: &Alternative| graph.worth(alternative).and_then(|Cost(cost)| cost);
-            let best = (0..alternatives.len()).filter_map(|k| Some((cost(&alternatives[k])?, k))).min()?.1;
-            Some((best, vec![(); alternatives[best].parts.len()]))
-        };
-        let tiling = Walk::new(graph, root).assemble((), choose, monitor)?;
+        let tiling = Walk::new(graph, root).least(monitor)?;
         Ok(tiling.map(|tiling| (tiling, least)))
     }
 }
@@ -244,7 +285,7 @@ impl Boundary {
 }
 
 /// A state graph and the alternatives that were read from it.
-struct Walk<V> {
+pub(crate) struct Walk<V> {
     graph: Graph<V>,
     root: Option<Alternative>,
     /// By state; read once, used by each tiling that comes by.
@@ -252,7 +293,7 @@ struct Walk<V> {
 }
 
 impl<V: Value> Walk<V> {
-    fn new(graph: Graph<V>, root: Option<Alternative>) -> Self {
+    pub(crate) fn new(graph: Graph<V>, root: Option<Alternative>) -> Self {
         Self { graph, root, known: Vec::new() }
     }
 
@@ -296,6 +337,18 @@ impl<V: Value> Walk<V> {
     }
 }
 
+impl Walk<Cost> {
+    /// A tiling with the least cost; `None` when there is none.
+    pub(crate) fn least(mut self, monitor: &Monitor) -> Result<Option<Tiling>, TilingError> {
+        let choose = |graph: &Graph<Cost>, alternatives: &[Alternative], ()| {
+            let cost = |alternative: &Alternative| graph.worth(alternative).and_then(|Cost(cost)| cost);
+            let best = (0..alternatives.len()).filter_map(|k| Some((cost(&alternatives[k])?, k))).min()?.1;
+            Some((best, vec![(); alternatives[best].parts.len()]))
+        };
+        self.assemble((), choose, monitor)
+    }
+}
+
 impl<V: Number> Walk<V> {
     /// The tiling with this index: alternatives take consecutive ranges, parts are digits of a mixed radix.
     fn get(&mut self, index: &BigUint, monitor: &Monitor) -> Result<Option<Tiling>, TilingError> {
@@ -330,7 +383,7 @@ fn evaluate<V: Value>(
 ) -> Result<(Graph<V>, Option<Alternative>, V), Stop> {
     monitor.stage("count", 0.0)?;
     let mut graph = Graph::new(alphabet, sweep(boundary, group), options.memory);
-    let root = graph.begin(&boundary.word(), group, monitor)?;
+    let root = graph.begin(&boundary.word(), 0, group, monitor)?;
     let value = match &root {
         Some(root) => graph.evaluate(root, monitor)?,
         None => V::none(),
@@ -340,7 +393,7 @@ fn evaluate<V: Value>(
 
 /// The order in which to tile: along the direction across which the outline is narrowest, so that few corners are open
 /// at a time; along a mirror when there is one, so that both sides go forward together.
-fn sweep(boundary: &Boundary, group: &[Isometry]) -> Sweep {
+pub(crate) fn sweep(boundary: &Boundary, group: &[Isometry]) -> Sweep {
     // 1000 times the cosine of k times 7.5 degrees; even multiples of 15 degrees are mirrors, odd ones tie least.
     const COSINES: [i64; 13] = [1000, 991, 966, 924, 866, 793, 707, 609, 500, 383, 259, 131, 0];
     let cosine = |k: usize| match k % 48 {
@@ -358,7 +411,7 @@ fn sweep(boundary: &Boundary, group: &[Isometry]) -> Sweep {
 }
 
 /// For values that cannot be too large.
-fn never_overflows(stop: Stop) -> TilingError {
+pub(crate) fn never_overflows(stop: Stop) -> TilingError {
     match stop {
         Stop::Error(error) => error,
         Stop::Overflow => TilingError::Option("the weights are too large for an outline of this size".to_string()),

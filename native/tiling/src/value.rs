@@ -112,6 +112,52 @@ impl Value for Cost {
         };
         true
     }
+    fn is_final(&self, floor: i64) -> bool {
+        self.0.is_some_and(|cost| cost <= floor)
+    }
+    fn within(self, rhombi: u16) -> Self {
+        Self(self.0.filter(|&cost| cost <= i64::from(rhombi)))
+    }
+}
+
+/// Numbers of tilings by the number of their rhombi.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct ByRhombi(pub(crate) Vec<BigUint>);
+
+impl Value for ByRhombi {
+    fn none() -> Self {
+        Self(Vec::new())
+    }
+    fn placed(rhombi: i64) -> Self {
+        let mut counts = vec![BigUint::ZERO; rhombi as usize];
+        counts.push(BigUint::from(1u32));
+        Self(counts)
+    }
+    fn is_none(&self) -> bool {
+        self.0.is_empty()
+    }
+    fn and(&mut self, part: &Self, _: usize) -> bool {
+        let length = if self.is_none() || part.is_none() { 0 } else { self.0.len() + part.0.len() - 1 };
+        let mut product = vec![BigUint::ZERO; length];
+        for (i, a) in self.0.iter().enumerate() {
+            for (j, b) in part.0.iter().enumerate() {
+                product[i + j] += a * b;
+            }
+        }
+        self.0 = product;
+        true
+    }
+    fn or(&mut self, other: &Self) -> bool {
+        self.0.resize(self.0.len().max(other.0.len()), BigUint::ZERO);
+        self.0.iter_mut().zip(&other.0).for_each(|(sum, count)| *sum += count);
+        true
+    }
+    fn within(mut self, rhombi: u16) -> Self {
+        self.0.truncate(usize::from(rhombi) + 1);
+        let last = self.0.iter().rposition(|count| *count != BigUint::ZERO);
+        self.0.truncate(last.map_or(0, |last| last + 1));
+        self
+    }
 }
 
 /// Whether there is a tiling.
@@ -133,7 +179,7 @@ impl Value for bool {
         *self |= other;
         true
     }
-    fn is_final(&self) -> bool {
+    fn is_final(&self, _floor: i64) -> bool {
         *self
     }
 }
