@@ -22,6 +22,9 @@ use std::time::Instant;
 /// Attempts after the first that are made for the shape alone.
 const TRIES_FOR_SHAPE: usize = 3;
 
+/// An attempt for the shape alone that would make more new faces than this takes longer than a needle is worth.
+const MOST_FOR_SHAPE: f64 = 2000.0;
+
 /// Attempts that only make the quads smaller where the one before failed.
 const LOCAL_TRIES: usize = 1;
 
@@ -161,22 +164,19 @@ impl Job<'_> {
         let mut local_tries = 0;
         for k in 0..count {
             self.monitor.stage("retract", 0.2 + 0.7 * k as f64 / count as f64)?;
-            let mut spots = Vec::new();
+            let (mut spots, mut new_faces) = (Vec::new(), 0);
             match self.attempt(&attempt, best.as_ref()) {
                 Ok(done) => {
                     let verdict = &done.verdict;
-                    let (is_valid, is_shapely) = (verdict.is_valid(), verdict.is_shapely());
-                    if !is_valid || !is_shapely {
-                        self.note(&attempt, &verdict.complaints());
-                        spots.clone_from(&verdict.spots);
+                    new_faces = done.stitched.new_faces().len();
+                    if verdict.is_valid() && verdict.is_shapely() {
+                        best = Some(done);
+                        break;
                     }
+                    self.note(&attempt, &verdict.complaints());
+                    spots.clone_from(&verdict.spots);
                     if best.as_ref().is_none_or(|b| verdict.score() < b.verdict.score()) {
                         best = Some(done);
-                    }
-                    // For its shape alone a valid result gets only so many more tries.
-                    let is_good = best.as_ref().is_some_and(|b| b.verdict.is_valid());
-                    if (is_valid && is_shapely) || (is_good && k >= TRIES_FOR_SHAPE) {
-                        break;
                     }
                 }
                 Err(BooleanError::Infeasible { code, sentence, elements }) => {
@@ -185,6 +185,7 @@ impl Job<'_> {
                 }
                 Err(error) => return Err(error),
             }
+            let scale = attempt.scale;
             if local_tries < LOCAL_TRIES && (1..=MOST_SPOTS).contains(&spots.len()) {
                 local_tries += 1;
                 attempt.spots.extend(spots);
@@ -192,6 +193,11 @@ impl Job<'_> {
                 local_tries = LOCAL_TRIES;
                 attempt = next;
             } else {
+                break;
+            }
+            // For its shape alone a valid result gets only so many more tries, and none that takes long.
+            let cost = new_faces as f64 * (scale / attempt.scale).powi(2);
+            if best.as_ref().is_some_and(|b| b.verdict.is_valid()) && (k >= TRIES_FOR_SHAPE || cost > MOST_FOR_SHAPE) {
                 break;
             }
         }

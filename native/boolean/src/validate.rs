@@ -82,12 +82,14 @@ impl Verdict {
         self.jacobian_mean = if new.is_empty() { 1.0 } else { sum / new.len() as f64 };
     }
 
-    /// Lower is better; an invalid topology is infinitely bad.
+    /// Lower is better; an invalid topology is infinitely bad, and anything invalid worse than anything valid.
     pub fn score(&self) -> f64 {
         if self.topology.is_some() {
             return f64::INFINITY;
         }
-        (self.inverted.len() + self.intersecting.len()) as f64
+        let invalid = if self.is_valid() { 0.0 } else { 1.0 };
+        invalid
+            + (self.inverted.len() + self.intersecting.len()) as f64
             + (self.distance / DISTANCE_LIMIT - 1.0).max(0.0)
             + (self.volume_error / VOLUME_LIMIT - 1.0).max(0.0)
             + 0.1 * (1.0 - self.jacobian_mean)

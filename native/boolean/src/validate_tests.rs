@@ -143,6 +143,8 @@ fn volume_lost() {
     assert!((bad.volume_error - 0.015).abs() < 1e-9, "{}", bad.volume_error);
     assert!(bad.distance < 0.009 && !bad.is_valid());
     assert_eq!(bad.spots, [], "it is lost everywhere");
+    let narrow = Verdict { jacobian_min: -0.0, jacobian_mean: 0.0, ..Verdict::default() };
+    assert!(narrow.is_valid() && narrow.score() < bad.score(), "a valid result of poor shape is better");
     assert_eq!(bad.complaints(), "1.50% of the volume lost or won");
     assert!(shrink(0.995).is_valid());
 }
