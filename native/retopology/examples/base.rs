@@ -1,6 +1,6 @@
 //! Builds the base triangulation of OBJ files and prints a row for each: sizes, worst angle, seconds by stage.
 //!
-//! `cargo run -p quadloom-retopology --example base -- [--vertices N] [--plain] [--detect] [--out FOLDER] FILE.obj...`
+//! `cargo run -p quadloom-retopology --example base -- [--vertices N] [--aspect X] [--gradation X] [--plain] [--detect] [--out FOLDER] FILE.obj...`
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`. With `--out`, writes for each file the
 //! base as `NAME.base.obj`, the cut surface as `NAME.cut.obj` with one group a base triangle, and `NAME.base.txt` with the
@@ -21,6 +21,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while let Some(word) = words.next() {
         match word.as_str() {
             "--vertices" => options.vertices = words.next().ok_or("--vertices needs a number")?.parse()?,
+            "--aspect" => options.aspect = words.next().ok_or("--aspect needs a number")?.parse()?,
+            "--gradation" => options.gradation = words.next().ok_or("--gradation needs a number")?.parse()?,
             "--plain" => plain = true,
             "--detect" => options.detect = Some(DetectOptions::default()),
             "--out" => out = Some(PathBuf::from(words.next().ok_or("--out needs a folder")?)),
@@ -83,10 +85,15 @@ fn read_edges(file: &Path) -> Result<Features, Box<dyn std::error::Error>> {
     Ok(Features { edges, vertices: vec![] })
 }
 
-/// The least angle of every base triangle, degrees, ascending, measured between its straightened edges.
+/// The least angle of every base triangle, degrees, ascending; sides are as long as base edges, or as chords of curves.
 fn least_angles(base: &Base) -> Vec<f64> {
     let at = |v: u32| base.surface.positions[v as usize];
-    let length = |e: u32| base.edges[e as usize].path.windows(2).map(|p| at(p[0]).distance(at(p[1]))).sum::<f64>();
+    let length = |e: u32| {
+        let edge = &base.edges[e as usize];
+        let path: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
+        let along = path.windows(2).map(|p| p[0].distance(p[1])).sum::<f64>();
+        if edge.feature.is_some() { path[0].distance(path[path.len() - 1]) } else { along }
+    };
     let mut angles: Vec<f64> = base
         .triangle_edges
         .iter()

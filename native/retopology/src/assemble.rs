@@ -2,45 +2,23 @@
 
 use crate::base::{Base, BaseEdge};
 use crate::base_error::RetopologyError;
-use crate::cells::{Cells, Piece};
+use crate::cells::Piece;
 use crate::cut::CutSurface;
-use crate::split_mesh::SplitMesh;
-use mesh::{NONE, Topology, sorted};
-use std::collections::BTreeMap;
+use crate::dual::Dual;
+use mesh::{NONE, Topology};
 
 /// Puts the base together and finds the base triangle of every surface triangle. O(n log n).
 ///
 /// # Errors
 /// [`RetopologyError::Internal`] when a base triangle is no disk bounded by its three edges.
-pub fn assemble(
-    labelled: &SplitMesh,
-    cells: &Cells,
-    pieces: &[Piece],
-    peaks: &[u32],
-    surface: CutSurface,
-) -> Result<Base, RetopologyError> {
-    let edges: Vec<BaseEdge> = cells
-        .arcs
-        .iter()
+pub fn assemble(dual: Dual, pieces: &[Piece], peaks: &[u32], surface: CutSurface) -> Result<Base, RetopologyError> {
+    let Dual { triangles, sides, ends, piece } = dual;
+    let edges = ends
+        .into_iter()
+        .zip(piece)
         .zip(surface.paths)
-        .map(|(arc, path)| BaseEdge {
-            ends: arc.cells,
-            path,
-            feature: arc.piece.map(|k| pieces[k as usize].chain),
-        })
+        .map(|((ends, piece), path)| BaseEdge { ends, path, feature: piece.map(|k| pieces[k as usize].chain) })
         .collect();
-    let by_ends: BTreeMap<[u32; 2], u32> = edges.iter().enumerate().map(|(k, edge)| (edge.ends, k as u32)).collect();
-    let (mut triangles, mut triangle_edges) = (Vec::new(), Vec::new());
-    for &t in &cells.meetings {
-        let corners = [0, 1, 2].map(|k| cells.label[labelled.from(3 * t + k) as usize]);
-        let mut sides = [NONE; 3];
-        for k in 0..3 {
-            let ends = sorted(corners[k], corners[(k + 1) % 3]);
-            sides[k] = *by_ends.get(&ends).ok_or(broken("two cells that meet in a point have no arc"))?;
-        }
-        triangles.push(corners);
-        triangle_edges.push(sides);
-    }
     let mut base = Base {
         owner: vec![NONE; surface.mesh.triangles.len()],
         surface: surface.mesh,
@@ -48,7 +26,7 @@ pub fn assemble(
         vertices: peaks.to_vec(),
         triangles,
         edges,
-        triangle_edges,
+        triangle_edges: sides,
     };
     find_owners(&mut base)?;
     Ok(base)

@@ -7,12 +7,15 @@ use crate::assemble::assemble;
 use crate::base::Base;
 use crate::base_error::RetopologyError;
 use crate::cells::{Cells, Piece, labels};
+use crate::dual::Dual;
 use crate::features::{Features, Network, network};
 use crate::fields::{Addition, Fields, Hat};
+use crate::groups::Groups;
 use crate::metric::Metric;
 use crate::sites::{Breakpoints, divide_curves, free_sites};
 use crate::sizing::{refine, wanted_lengths};
 use crate::split_mesh::SplitMesh;
+use crate::stars::Drawing;
 use crate::{cut, detect, input, stars};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
 use std::collections::BTreeMap;
@@ -21,14 +24,17 @@ use surface::flip_geodesic;
 use surface::intrinsic::Intrinsic;
 use surface::laplacian::cotangent_weights;
 
+/// Rounds of flipping base edges by their lengths and drawing them anew.
+const FLIP_ROUNDS: usize = 3;
+
 /// How coarse the base is and where its corners are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaseOptions {
     /// Base vertices that an even base would have, 4 to 100,000; features add more where they need them. Default: 100.
     pub vertices: u32,
-    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 20. Default: 3.
+    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 20. Default: 4.
     pub aspect: f64,
-    /// How fast the wanted edge length may grow, per unit of distance, 0.1 to 10. Default: 1.
+    /// How fast the wanted edge length may grow, per unit of distance, 0.1 to 10. Default: 0.8.
     pub gradation: f64,
     /// Curves have a corner where they turn by more than this, radians, 0 to pi. Default: 50 degrees.
     pub corner_angle: f64,
@@ -38,7 +44,7 @@ pub struct BaseOptions {
 
 impl Default for BaseOptions {
     fn default() -> Self {
-        Self { vertices: 100, aspect: 3.0, gradation: 1.0, corner_angle: 50_f64.to_radians(), detect: None }
+        Self { vertices: 100, aspect: 4.0, gradation: 0.8, corner_angle: 50_f64.to_radians(), detect: None }
     }
 }
 
@@ -76,6 +82,8 @@ pub struct BaseReport {
     pub inserted: Vec<u32>,
     /// Rounds of adding them.
     pub rounds: usize,
+    /// Base edges flipped for better base triangles.
+    pub flipped: usize,
     /// Vertices that refining the surface added.
     pub refined: usize,
     /// Edges that detection made features.
@@ -147,46 +155,39 @@ pub fn build_base(
     let (cells, pieces) = work.valid_cells(&mut report, monitor)?;
     clock.lap(&mut report, "cells");
 
-    monitor.stage("drawing base edges", 0.6)?;
-    let mut drawn = work.mesh.clone();
-    let vertex_paths = stars::draw(&mut drawn, &cells, &work.fields, &work.peaks, &pieces, monitor)?;
+    monitor.stage("drawing base edges", 0.5)?;
+    let mut dual = Dual::new(&work.mesh, &cells)?;
+    let mut drawing = stars::draw(&work.mesh, &cells, &work.fields, &work.peaks, &pieces, monitor)?;
     clock.lap(&mut report, "paths");
 
-    monitor.stage("straightening base edges", 0.7)?;
-    let drawn_mesh = drawn.to_mesh();
-    let topology = Topology::of_triangles(&drawn_mesh);
-    let mut triangulation = Intrinsic::new(&drawn_mesh, &topology);
-    let mut fixed = vec![false; topology.len()];
-    let find = |a: u32, b: u32| {
-        topology.find(a, b).ok_or(RetopologyError::Internal { stage: "drawing base edges", reason: "a path leaves the surface" })
-    };
-    let mut paths = Vec::with_capacity(vertex_paths.len());
-    for (arc, path) in cells.arcs.iter().zip(&vertex_paths) {
-        if arc.piece.is_some() {
-            for pair in path.windows(2) {
-                let h = topology.find(pair[0], pair[1]).map_or_else(|| find(pair[1], pair[0]), Ok)?;
-                fixed[h as usize] = true;
-            }
-            paths.push(Vec::new());
-        } else {
-            paths.push(path.windows(2).map(|pair| find(pair[0], pair[1])).collect::<Result<Vec<u32>, _>>()?);
+    monitor.stage("straightening base edges", 0.6)?;
+    let mut straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
+    for _ in 0..FLIP_ROUNDS {
+        let flips = dual.improve(&straight.lengths(&drawing, &dual));
+        if flips.is_empty() {
+            break;
         }
+        report.flipped += flips.len();
+        for flip in flips {
+            monitor.check()?;
+            drawing.redraw(flip.edge as usize, flip.ends.map(|k| work.peaks[k as usize]))?;
+        }
+        straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
     }
-    let mut geodesics = flip_geodesic::Network::new(&triangulation, paths, &fixed, &work.peaks);
-    geodesics.shorten(&mut triangulation, monitor)?;
     clock.lap(&mut report, "geodesics");
 
     monitor.stage("cutting the surface", 0.9)?;
-    let mut surface = cut::cut(&drawn, &topology, &triangulation, &geodesics.paths, monitor)?;
-    for ((arc, path), vertices) in cells.arcs.iter().zip(&mut surface.paths).zip(vertex_paths) {
-        if arc.piece.is_some() {
+    let Straightened { topology, triangulation, paths } = straight;
+    let mut surface = cut::cut(&drawing.mesh, &topology, &triangulation, &paths, monitor)?;
+    for ((piece, path), vertices) in dual.piece.iter().zip(&mut surface.paths).zip(drawing.paths) {
+        if piece.is_some() {
             *path = vertices;
         }
     }
     for (v, position) in surface.mesh.positions.iter_mut().enumerate() {
         *position = mesh.positions.get(v).copied().unwrap_or_else(|| placement.to_scene(*position));
     }
-    let base = assemble(&work.mesh, &cells, &pieces, &work.peaks, surface)?;
+    let base = assemble(dual, &pieces, &work.peaks, surface)?;
     clock.lap(&mut report, "cut");
     Ok(Built { base, report, fieldwork: work })
 }
@@ -200,6 +201,50 @@ pub struct Built {
     pub report: BaseReport,
     /// What an editing loop reuses, and the fields for display.
     pub fieldwork: Fieldwork,
+}
+
+/// The drawn base edges as geodesics.
+struct Straightened {
+    topology: Topology,
+    triangulation: Intrinsic,
+    /// Half-edges of the triangulation; empty for edges on curves.
+    paths: Vec<Vec<u32>>,
+}
+
+impl Straightened {
+    fn new(drawing: &Drawing, dual: &Dual, ends: &[u32], monitor: &Monitor) -> Result<Self, RetopologyError> {
+        let topology = drawing.mesh.topology();
+        let mut triangulation = Intrinsic::new(&drawing.mesh.to_mesh(), &topology);
+        let mut fixed = vec![false; topology.len()];
+        let mut paths = Vec::with_capacity(drawing.paths.len());
+        for (path, piece) in drawing.paths.iter().zip(&dual.piece) {
+            let half_edges = path.windows(2).map(|pair| drawing.mesh.find(pair[0], pair[1]));
+            let half_edges = half_edges.collect::<Option<Vec<u32>>>().ok_or(RetopologyError::Internal {
+                stage: "straightening base edges",
+                reason: "a path leaves the surface",
+            })?;
+            if piece.is_some() {
+                half_edges.iter().for_each(|&h| fixed[h as usize] = true);
+                paths.push(Vec::new());
+            } else {
+                paths.push(half_edges);
+            }
+        }
+        let mut network = flip_geodesic::Network::new(&triangulation, paths, &fixed, ends);
+        network.shorten(&mut triangulation, monitor)?;
+        Ok(Self { topology, triangulation, paths: network.paths })
+    }
+
+    /// Length of every base edge, of those on curves between their ends.
+    fn lengths(&self, drawing: &Drawing, dual: &Dual) -> Vec<f64> {
+        let at = |v: u32| drawing.mesh.positions[v as usize];
+        // The chord of a curve is nearer than the curve itself to the side of a triangle unfolded into the plane.
+        let curve = |path: &[u32]| at(path[0]).distance(at(path[path.len() - 1]));
+        let free = |path: &[u32]| path.iter().map(|&h| self.triangulation.length_of(h)).sum::<f64>();
+        (0..self.paths.len())
+            .map(|k| if dual.piece[k].is_some() { curve(&drawing.paths[k]) } else { free(&self.paths[k]) })
+            .collect()
+    }
 }
 
 struct Clock(Instant);
@@ -223,25 +268,24 @@ impl Fieldwork {
     ) -> Result<Self, RetopologyError> {
         monitor.stage("placing sites", 0.05)?;
         let mut mesh = SplitMesh::new(working, topology);
-        let mut wanted = wanted_lengths(&mesh, &network, options);
+        let mut sizing = wanted_lengths(&mesh, &network, options);
         let budget = 20_000 + 2 * working.positions.len();
-        refine(&mut mesh, &mut network, &mut wanted, options.gradation, budget, monitor)?;
+        refine(&mut mesh, &mut network, &mut sizing, budget, monitor)?;
         report.refined = mesh.positions.len() - working.positions.len();
         clock.lap(report, "refinement");
 
         let metric = Metric::new(&mesh);
-        let divided = divide_curves(&mesh, &network, &wanted);
+        let divided = divide_curves(&mesh, &network, &sizing.wanted);
         let (mut peaks, breakpoints) = curve_vertices(&network, &divided);
         let on_curves = peaks.len();
         peaks.extend(&network.points);
         report.breakpoints = on_curves - network.corners.len();
-        report.sites = free_sites(&mesh, &metric, &network, &peaks, &wanted, monitor)?;
+        report.sites = free_sites(&mesh, &metric, &network, &peaks, &sizing.wanted, monitor)?;
         peaks.extend(&report.sites);
         clock.lap(report, "sites");
 
         monitor.stage("harmonic fields", 0.2)?;
-        let refined = mesh.to_mesh();
-        let refined_topology = Topology::of_triangles(&refined);
+        let (refined, refined_topology) = (mesh.to_mesh(), mesh.topology());
         let mut prescribed = vec![false; mesh.positions.len()];
         let mut fixed = vec![false; refined_topology.len()];
         for chain in &network.chains {
@@ -256,13 +300,16 @@ impl Fieldwork {
         let weights = cotangent_weights(&refined, &refined_topology, &fixed, monitor)?;
         let mut first: Vec<Addition> =
             peaks.iter().map(|&vertex| Addition { vertex, hat: vec![(vertex, 1.0)] }).collect();
+        let mut seeds: Vec<(u32, u32)> = peaks.iter().zip(0..).map(|(&vertex, k)| (vertex, k)).collect();
         for piece in pieces(&network, &breakpoints) {
             for (v, at) in along(&mesh, &piece) {
                 first[piece.ends[0] as usize].hat.push((v, 1.0 - at));
                 first[piece.ends[1] as usize].hat.push((v, at));
+                seeds.push((v, piece.ends[usize::from(at > 0.5)]));
             }
         }
-        let fields = Fields::new(&weights, prescribed, first, monitor)?;
+        let groups = Groups::new(&mesh, &metric, &seeds, peaks.len());
+        let fields = Fields::new(&weights, prescribed, first, groups, monitor)?;
         clock.lap(report, "fields");
         Ok(Self { mesh, metric, network, fields, peaks, breakpoints })
     }

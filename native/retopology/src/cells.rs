@@ -57,10 +57,7 @@ pub fn labels(mesh: &SplitMesh, fields: &Fields, peaks: &[u32], on_curve: &[u32]
             if on_curve[v] != NONE {
                 return on_curve[v];
             }
-            (0..fields.len()).fold((NONE, f32::NEG_INFINITY), |best, k| {
-                let value = fields.field(k)[v];
-                if value > best.1 { (k as u32, value) } else { best }
-            }).0
+            fields.largest(v as u32)
         })
         .collect();
     let mut used = vec![false; label.len()];
@@ -86,7 +83,7 @@ pub fn labels(mesh: &SplitMesh, fields: &Fields, peaks: &[u32], on_curve: &[u32]
         let moves: Vec<(u32, u32)> = stray
             .iter()
             .filter_map(|&v| {
-                let value = |k: u32| fields.field(k as usize)[v as usize];
+                let value = |k: u32| fields.value(k, v);
                 neighbours(mesh, v)
                     .filter(|&w| reached[w as usize])
                     .map(|w| label[w as usize])

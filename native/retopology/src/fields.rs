@@ -4,12 +4,14 @@
 //! ones along the curve, so that feature edges appear in the dual by construction and the vertex splits of section 4.2 have
 //! nothing left to do.
 //!
-//! All fields share one matrix, the Laplacian without the vertices that curves and first sites fix: one factorisation, and
-//! a right-hand side a field. A base vertex added later needs one more right-hand side and no factorisation: with its hat h,
-//! which vanishes at all others, every field f becomes f - f(v) h. That is exact for free sites and, since hats on curves
-//! are linear between breakpoints, for new breakpoints too.
+//! All fields share one matrix, the Laplacian without the vertices that curves and first sites fix: one factorisation. To
+//! label vertices, fields of base vertices far apart are solved as sums (see [`crate::groups`]); one field by itself is solved
+//! on demand. A base vertex added later needs one more right-hand side and no factorisation: with its hat h, which vanishes
+//! at all others, every field f, or sum of fields, becomes f - f(v) h. That is exact for free sites and, since hats on
+//! curves are linear between breakpoints, for new breakpoints too.
 
 use crate::base_error::RetopologyError;
+use crate::groups::Groups;
 use mesh::{Monitor, NONE};
 use rayon::prelude::*;
 use solve::cholesky::Factor;
@@ -33,12 +35,15 @@ pub struct Fields {
     /// For each prescribed vertex its free neighbours, as unknowns, and their weights.
     coupling: Vec<Vec<(u32, f64)>>,
     factor: Factor,
-    /// Value at every vertex; single precision halves the memory, which is their number times that of the vertices.
-    fields: Vec<Vec<f32>>,
-    /// Base vertex of each field.
-    peaks: Vec<u32>,
-    /// Fields of free sites that were added later: not prescribed in the matrix.
-    later: Vec<usize>,
+    groups: Groups,
+    /// A sum of fields for each group, then one field for each later base vertex; a value at every vertex, in single
+    /// precision to halve the memory.
+    sums: Vec<Vec<f32>>,
+    /// The base vertices and what their fields are on curves, kept for [`Fields::field`]. Later ones change the hats of
+    /// earlier ones only through the update, which `field` repeats.
+    additions: Vec<Addition>,
+    /// Base vertices that are in the matrix from the start.
+    first: usize,
 }
 
 /// A base vertex to be added.
@@ -52,7 +57,7 @@ pub struct Addition {
 
 impl Fields {
     /// Factors the Laplacian and solves for the first fields. `prescribed` marks the vertices on curves and the first sites;
-    /// every component must have one. The factorisation costs 50 ms for 25,000 vertices, 70 fields as much again.
+    /// every component must have one. The factorisation costs 50 ms for 25,000 vertices, the sums of all fields as much.
     ///
     /// # Errors
     /// Cancelled, or the solver's.
@@ -60,6 +65,7 @@ impl Fields {
         weights: &[WeightedEdge],
         mut prescribed: Vec<bool>,
         first: Vec<Addition>,
+        groups: Groups,
         monitor: &Monitor,
     ) -> Result<Self, RetopologyError> {
         let n = prescribed.len();
@@ -90,29 +96,68 @@ impl Fields {
             }
         }
         let factor = Factor::new(vertex.len(), &triplets)?;
+        let first_count = first.len();
+        let mut sums: Vec<Hat> = vec![Hat::new(); groups.count];
+        for (addition, &group) in first.iter().zip(&groups.of) {
+            sums[group as usize].extend(&addition.hat);
+        }
+        let sums: Vec<Addition> = sums.into_iter().map(|hat| Addition { vertex: NONE, hat }).collect();
         let mut fields =
-            Self { unknown, vertex, coupling, factor, fields: Vec::new(), peaks: Vec::new(), later: Vec::new() };
-        for batch in first.chunks(BATCH) {
+            Self { unknown, vertex, coupling, factor, groups, sums: Vec::new(), additions: first, first: first_count };
+        for batch in sums.chunks(BATCH) {
             monitor.check()?;
-            fields.fields.extend(fields.solve(batch)?);
-            fields.peaks.extend(batch.iter().map(|addition| addition.vertex));
+            fields.sums.extend(fields.solve(batch)?);
         }
         Ok(fields)
     }
 
-    /// Number of fields.
+    /// The field that is largest at a vertex, as the number of its base vertex; the first of equals. [`NONE`] where there is
+    /// no field.
+    pub fn largest(&self, vertex: u32) -> u32 {
+        let first = self.groups.in_sight(vertex).iter().copied();
+        let later = self.first as u32..self.additions.len() as u32;
+        first
+            .chain(later)
+            .fold((NONE, f32::NEG_INFINITY), |best, k| {
+                let value = self.value(k, vertex);
+                if value > best.1 { (k, value) } else { best }
+            })
+            .0
+    }
+
+    /// Field of base vertex `k` at a vertex in sight of it.
+    pub fn value(&self, k: u32, vertex: u32) -> f32 {
+        let sum = self.groups.of.get(k as usize).map_or_else(|| self.groups.count + k as usize - self.first, |&g| g as usize);
+        self.sums[sum][vertex as usize]
+    }
+
+    /// Number of base vertices.
     pub fn len(&self) -> usize {
-        self.fields.len()
+        self.additions.len()
     }
 
-    /// True without fields.
+    /// True without base vertices.
     pub fn is_empty(&self) -> bool {
-        self.fields.is_empty()
+        self.additions.is_empty()
     }
 
-    /// Field `k`, a value between 0 and 1 for each vertex: for display, and for labels.
-    pub fn field(&self, k: usize) -> &[f32] {
-        &self.fields[k]
+    /// The whole field of base vertex `k`, a value between 0 and 1 at every vertex of the surface, for display. One
+    /// right-hand side: about a millisecond for 25,000 vertices.
+    ///
+    /// # Errors
+    /// The solver's.
+    pub fn field(&self, k: usize) -> Result<Vec<f32>, RetopologyError> {
+        let mut field = if k < self.first {
+            self.solve(&self.additions[k..=k])?.swap_remove(0)
+        } else {
+            self.sums[self.groups.count + k - self.first].clone()
+        };
+        // Those added later have each taken their share; theirs vanish at one another's base vertices by now.
+        for later in self.first.max(k + 1)..self.additions.len() {
+            let share = f64::from(field[self.additions[later].vertex as usize]);
+            subtract(&mut field, &self.sums[self.groups.count + later - self.first], share);
+        }
+        Ok(field)
     }
 
     /// Solutions with the hats as boundary values, or for a unit load at a free vertex.
@@ -158,22 +203,21 @@ impl Fields {
             for (addition, mut field) in batch.iter().zip(self.solve(batch)?) {
                 monitor.check()?;
                 let at = addition.vertex as usize;
-                // Free sites added before this one are not in the matrix.
-                for &k in &self.later {
-                    let share = f64::from(field[self.peaks[k] as usize]);
-                    subtract(&mut field, &self.fields[k], share);
+                // Those added before this one are not in the matrix.
+                for later in self.first..self.additions.len() {
+                    let share = f64::from(field[self.additions[later].vertex as usize]);
+                    subtract(&mut field, &self.sums[self.groups.count + later - self.first], share);
                 }
                 if addition.hat.is_empty() {
                     let height = field[at];
                     field.iter_mut().for_each(|value| *value /= height);
-                    self.later.push(self.fields.len());
                 }
-                self.fields.par_iter_mut().for_each(|other| {
-                    let share = f64::from(other[at]);
-                    subtract(other, &field, share);
+                self.sums.par_iter_mut().for_each(|sum| {
+                    let share = f64::from(sum[at]);
+                    subtract(sum, &field, share);
                 });
-                self.fields.push(field);
-                self.peaks.push(addition.vertex);
+                self.sums.push(field);
+                self.additions.push(addition.clone());
             }
         }
         Ok(())

@@ -4,7 +4,7 @@
 //! the surface is filled by farthest points, then evened out by moving each to the centre of its cell (Lloyd).
 
 use crate::base_error::RetopologyError;
-use crate::features::Network;
+use crate::features::{Chain, Network};
 use crate::metric::Metric;
 use crate::split_mesh::SplitMesh;
 use mesh::{DVec3, Monitor, NONE};
@@ -26,8 +26,17 @@ pub struct Breakpoints {
     pub along: Vec<Vec<usize>>,
 }
 
-/// Divides every chain: enough pieces for the wanted lengths and for its turns, at least three round a closed curve or a
-/// loop from a corner to itself.
+/// Pieces that a chain must have: enough for its turns, at least three round a closed curve or a loop from a corner to itself.
+pub fn least_pieces(mesh: &SplitMesh, chain: &Chain) -> usize {
+    let walk: Vec<u32> = chain.walk().collect();
+    let at = |k: usize| mesh.positions[walk[k] as usize];
+    let turn: f64 = (1..walk.len() - 1).map(|k| (at(k) - at(k - 1)).angle_between(at(k + 1) - at(k))).sum();
+    let least = if walk[0] == walk[walk.len() - 1] { 3 } else { 1 };
+    // A zigzag turns a lot and gets nowhere: no more pieces than edges.
+    ((turn / LARGEST_TURN).ceil() as usize).max(least).min(walk.len() - 1)
+}
+
+/// Divides every chain into pieces of about the wanted lengths, and no fewer than [`least_pieces`].
 pub fn divide_curves(mesh: &SplitMesh, network: &Network, wanted: &[f64]) -> Breakpoints {
     let along = network.chains.iter().map(|chain| {
         let walk: Vec<u32> = chain.walk().collect();
@@ -37,11 +46,7 @@ pub fn divide_curves(mesh: &SplitMesh, network: &Network, wanted: &[f64]) -> Bre
             let size = 0.5 * (wanted[walk[k - 1] as usize] + wanted[walk[k] as usize]);
             reached.push(reached[k - 1] + at(k).distance(at(k - 1)) / size);
         }
-        let turn: f64 = (1..walk.len() - 1).map(|k| (at(k) - at(k - 1)).angle_between(at(k + 1) - at(k))).sum();
-        let total = reached[walk.len() - 1];
-        let round = walk[0] == walk[walk.len() - 1];
-        let least = if round { 3.0 } else { 1.0 };
-        let pieces = total.round().max((turn / LARGEST_TURN).ceil()).max(least).min((walk.len() - 1) as f64) as usize;
+        let pieces = (reached[walk.len() - 1].round() as usize).max(least_pieces(mesh, chain)).min(walk.len() - 1);
         divided(&reached, pieces)
     });
     Breakpoints { along: along.collect() }

@@ -8,6 +8,7 @@ use crate::base_error::RetopologyError;
 use crate::build::BaseOptions;
 use crate::features::{Chain, Network};
 use crate::metric::Metric;
+use crate::sites::least_pieces;
 use crate::split_mesh::SplitMesh;
 use mesh::{Monitor, NONE, sorted};
 use std::cmp::Ordering;
@@ -19,8 +20,19 @@ const DETOUR: f64 = 2.5;
 /// Surface edges are split until they are at most this fraction of the wanted base edge.
 const RESOLUTION: f64 = 0.3;
 
-/// Wanted base edge length at each vertex, in the units of the mesh.
-pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions) -> Vec<f64> {
+/// Wanted base edge lengths, in the units of the mesh.
+#[derive(Debug, Clone)]
+pub struct Sizing {
+    /// At each vertex.
+    pub wanted: Vec<f64>,
+    /// Far from all features.
+    even: f64,
+    /// How fast they grow.
+    gradation: f64,
+}
+
+/// Finds the wanted base edge lengths. O(n log n).
+pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions) -> Sizing {
     let metric = Metric::new(mesh);
     let n = mesh.positions.len();
     let area: f64 = (0..mesh.origin.len() as u32 / 3)
@@ -87,17 +99,18 @@ pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions
             }
         }
     }
-    // A chain is no longer than itself.
+    // The pieces of a chain are no longer than it lets them be.
     for (c, chain) in network.chains.iter().enumerate() {
+        let longest = total[c] / least_pieces(mesh, chain) as f64;
         for v in chain.walk() {
             let limit = limits.entry(v).or_insert(f64::INFINITY);
-            *limit = limit.min(total[c]);
+            *limit = limit.min(longest);
         }
     }
     let mut wanted = vec![even; n];
     let seeds: Vec<(u32, f64, u32)> = limits.into_iter().map(|(v, limit)| (v, limit, 0)).collect();
     metric.spread(&mut wanted, &mut vec![0; n], &seeds, options.gradation);
-    wanted
+    Sizing { wanted, even, gradation: options.gradation }
 }
 
 fn distance(mesh: &SplitMesh, a: u32, b: u32) -> f64 {
@@ -133,11 +146,11 @@ impl Ord for Oversized {
 pub fn refine(
     mesh: &mut SplitMesh,
     network: &mut Network,
-    wanted: &mut Vec<f64>,
-    gradation: f64,
+    sizing: &mut Sizing,
     budget: usize,
     monitor: &Monitor,
 ) -> Result<(), RetopologyError> {
+    let Sizing { wanted, even, gradation } = sizing;
     let mut queue = BinaryHeap::new();
     let consider = |queue: &mut BinaryHeap<Oversized>, mesh: &SplitMesh, wanted: &[f64], h: u32| {
         let (a, b) = (mesh.from(h), mesh.to(h));
@@ -166,8 +179,8 @@ pub fn refine(
         let length = mesh.length(h);
         let m = mesh.split(h, 0.5);
         middles.insert([a, b], m);
-        let from_ends = wanted[a as usize].min(wanted[b as usize]) + gradation * length / 2.0;
-        wanted.push(from_ends.min(wanted[a as usize].max(wanted[b as usize])));
+        let from_ends = wanted[a as usize].min(wanted[b as usize]) + *gradation * length / 2.0;
+        wanted.push(from_ends.min(*even));
         let born: Vec<u32> = mesh.around(m).flat_map(|h| [h, crate::split_mesh::prev(h)]).collect();
         let mut ends: Vec<[u32; 2]> = born.iter().map(|&h| sorted(mesh.from(h), mesh.to(h))).collect();
         ends.sort_unstable();

@@ -121,6 +121,23 @@ impl SplitMesh {
         self.twin[b as usize] = a;
     }
 
+    /// Its topology, with the same half-edges.
+    pub fn topology(&self) -> Topology {
+        let half_edges = 0..self.origin.len() as u32;
+        let mut outgoing = self.outgoing.clone();
+        for h in half_edges.clone().filter(|&h| self.twin[h as usize] == NONE) {
+            outgoing[self.from(h) as usize] = h;
+        }
+        Topology {
+            twin: self.twin.clone(),
+            face: half_edges.clone().map(|h| h / 3).collect(),
+            next: half_edges.clone().map(next).collect(),
+            prev: half_edges.map(prev).collect(),
+            origin: self.origin.clone(),
+            outgoing,
+        }
+    }
+
     /// The mesh as it is.
     pub fn to_mesh(&self) -> TriangleMesh {
         let triangles = self.origin.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();

@@ -12,10 +12,10 @@ use crate::fields::Fields;
 use crate::split_mesh::{SplitMesh, next, prev};
 use mesh::{DVec3, Monitor, NONE, sorted};
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BinaryHeap, HashSet};
+use std::collections::{BinaryHeap, HashMap, HashSet};
 
 /// A place a path may run through: a vertex, or the middle of an edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Node {
     Vertex(u32),
     Edge(u32, u32),
@@ -46,29 +46,41 @@ impl Ord for Front {
     }
 }
 
-struct Stars<'a> {
-    mesh: &'a mut SplitMesh,
-    /// Cell of each vertex; [`NONE`] for ports.
+/// Base edges drawn on a surface, which is split along them.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    /// The surface.
+    pub mesh: SplitMesh,
+    /// The path of each base edge, as vertices from its lower base vertex to the other.
+    pub paths: Vec<Vec<u32>>,
+    /// Cell of each vertex; [`NONE`] for ports and where it no longer matters.
     label: Vec<u32>,
-    /// Vertices of curves and of paths so far.
+    /// Vertices of curves and of paths.
     taken: Vec<bool>,
-    /// Edges of curves and of paths so far.
+    /// Edges of curves and of paths.
     taken_edges: HashSet<[u32; 2]>,
 }
 
-/// Draws a path for every arc of sound cells, as vertices from the lower cell's base vertex to the other's. Arcs across
-/// curves follow the curve. Splits edges of the mesh.
+/// Where a path may run.
+enum Bounds {
+    /// In one cell.
+    Cell(u32),
+    /// In these triangles.
+    Triangles(HashSet<u32>),
+}
+
+/// Draws a path for every arc of sound cells. Arcs across curves follow the curve.
 ///
 /// # Errors
 /// Cancelled; [`RetopologyError::Internal`] when the cells are not sound.
 pub fn draw(
-    mesh: &mut SplitMesh,
+    mesh: &SplitMesh,
     cells: &Cells,
     fields: &Fields,
     peaks: &[u32],
     pieces: &[Piece],
     monitor: &Monitor,
-) -> Result<Vec<Vec<u32>>, RetopologyError> {
+) -> Result<Drawing, RetopologyError> {
     let mut taken = vec![false; mesh.positions.len()];
     let mut taken_edges = HashSet::new();
     for piece in pieces {
@@ -80,7 +92,7 @@ pub fn draw(
     let best_crossing = |arc: &crate::cells::CellArc| {
         let height = |h: u32| {
             [mesh.from(h), mesh.to(h)]
-                .map(|v| fields.field(cells.label[v as usize] as usize)[v as usize])
+                .map(|v| fields.value(cells.label[v as usize], v))
                 .into_iter()
                 .fold(f32::INFINITY, f32::min)
         };
@@ -91,7 +103,8 @@ pub fn draw(
     };
     let crossings: Vec<Option<[u32; 2]>> =
         cells.arcs.iter().map(|arc| if arc.piece.is_none() { best_crossing(arc) } else { None }).collect();
-    let mut stars = Stars { mesh, label: cells.label.clone(), taken, taken_edges };
+    let (label, paths) = (cells.label.clone(), Vec::with_capacity(cells.arcs.len()));
+    let mut stars = Drawing { mesh: mesh.clone(), paths, label, taken, taken_edges };
     let ports: Vec<u32> = crossings
         .into_iter()
         .map(|ends| ends.map_or(Some(NONE), |[a, b]| stars.split(a, b, NONE)))
@@ -100,7 +113,6 @@ pub fn draw(
     for &port in ports.iter().filter(|&&port| port != NONE) {
         stars.taken[port as usize] = true;
     }
-    let mut paths = Vec::with_capacity(cells.arcs.len());
     for (arc, &port) in cells.arcs.iter().zip(&ports) {
         monitor.check()?;
         if let Some(k) = arc.piece {
@@ -108,22 +120,56 @@ pub fn draw(
             if pieces[k as usize].ends[0] != arc.cells[0] {
                 path.reverse();
             }
-            paths.push(path);
+            stars.paths.push(path);
             continue;
         }
-        let mut path = stars.path(port, arc.cells[0], peaks).ok_or(BROKEN)?;
+        let mut half = |cell: u32| stars.path(port, peaks[cell as usize], &Bounds::Cell(cell)).ok_or(BROKEN);
+        let mut path = half(arc.cells[0])?;
         path.reverse();
         path.pop();
-        path.extend(stars.path(port, arc.cells[1], peaks).ok_or(BROKEN)?);
-        paths.push(path);
+        path.extend(half(arc.cells[1])?);
+        stars.paths.push(path);
     }
-    Ok(paths)
+    Ok(stars)
 }
 
 const BROKEN: RetopologyError =
     RetopologyError::Internal { stage: "drawing base edges", reason: "a base vertex cannot be reached within its cell" };
 
-impl Stars<'_> {
+impl Drawing {
+    /// Draws the path of an edge anew, between other ends, through the two base triangles that it divides now.
+    ///
+    /// # Errors
+    /// [`RetopologyError::Internal`] when the ends are not the far corners of those triangles.
+    pub fn redraw(&mut self, edge: usize, ends: [u32; 2]) -> Result<(), RetopologyError> {
+        let old = std::mem::take(&mut self.paths[edge]);
+        // All triangles on either side, up to the next paths.
+        let mut region = HashSet::new();
+        let mut open = Vec::new();
+        for pair in old.windows(2) {
+            let h = self.mesh.find(pair[0], pair[1]).ok_or(BROKEN)?;
+            open.extend([h / 3, self.mesh.twin[h as usize] / 3]);
+            self.taken_edges.remove(&sorted(pair[0], pair[1]));
+        }
+        old[1..old.len() - 1].iter().for_each(|&v| self.taken[v as usize] = false);
+        while let Some(t) = open.pop() {
+            if region.insert(t) {
+                for h in 3 * t..3 * t + 3 {
+                    let twin = self.mesh.twin[h as usize];
+                    if twin != NONE && !self.is_wall(self.mesh.from(h), self.mesh.to(h)) {
+                        open.push(twin / 3);
+                    }
+                }
+            }
+        }
+        self.paths[edge] = self.path(ends[0], ends[1], &Bounds::Triangles(region)).ok_or(BROKEN)?;
+        Ok(())
+    }
+
+    fn is_wall(&self, a: u32, b: u32) -> bool {
+        self.taken[a as usize] && self.taken[b as usize] && self.taken_edges.contains(&sorted(a, b))
+    }
+
     /// Splits the edge from `a` to `b` for a vertex of the cell `label`.
     fn split(&mut self, a: u32, b: u32, label: u32) -> Option<u32> {
         let m = self.mesh.split(self.mesh.find(a, b)?, 0.5);
@@ -139,19 +185,24 @@ impl Stars<'_> {
         }
     }
 
-    fn is_free(&self, node: Node, cell: u32, goal: u32) -> bool {
+    fn is_free(&self, node: Node, bounds: &Bounds, goal: u32) -> bool {
+        let inside = |v: u32| match bounds {
+            Bounds::Cell(cell) => self.label[v as usize] == *cell,
+            // Only nodes of these triangles are looked at.
+            Bounds::Triangles(_) => true,
+        };
         match node {
-            Node::Vertex(v) => v == goal || (self.label[v as usize] == cell && !self.taken[v as usize]),
-            Node::Edge(a, b) => {
-                let both_taken = self.taken[a as usize] && self.taken[b as usize];
-                (self.label[a as usize] == cell || self.label[b as usize] == cell)
-                    && !(both_taken && self.taken_edges.contains(&sorted(a, b)))
-            }
+            Node::Vertex(v) => v == goal || (inside(v) && !self.taken[v as usize]),
+            Node::Edge(a, b) => (inside(a) || inside(b)) && !self.is_wall(a, b),
         }
     }
 
     /// Nodes that share a triangle with a node, but for those on its own edges.
-    fn beside(&self, node: Node) -> Vec<Node> {
+    fn beside(&self, node: Node, bounds: &Bounds) -> Vec<Node> {
+        let open = |h: u32| match bounds {
+            Bounds::Cell(_) => true,
+            Bounds::Triangles(region) => region.contains(&(h / 3)),
+        };
         let edge = |h: u32| {
             let [a, b] = sorted(self.mesh.from(h), self.mesh.to(h));
             Node::Edge(a, b)
@@ -159,13 +210,13 @@ impl Stars<'_> {
         let mut found = Vec::new();
         match node {
             Node::Vertex(v) => {
-                for h in self.mesh.around(v) {
+                for h in self.mesh.around(v).filter(|&h| open(h)) {
                     found.extend([Node::Vertex(self.mesh.to(h)), Node::Vertex(self.mesh.from(prev(h))), edge(next(h))]);
                 }
             }
             Node::Edge(a, b) => {
                 let Some(h) = self.mesh.find(a, b) else { return found };
-                for side in [h, self.mesh.twin[h as usize]].into_iter().filter(|&side| side != NONE) {
+                for side in [h, self.mesh.twin[h as usize]].into_iter().filter(|&side| side != NONE && open(side)) {
                     found.extend([Node::Vertex(self.mesh.from(prev(side))), edge(next(side)), edge(prev(side))]);
                 }
             }
@@ -173,11 +224,10 @@ impl Stars<'_> {
         found
     }
 
-    /// The shortest path from a port to the base vertex of a cell, cut into the mesh and taken; port first.
-    fn path(&mut self, port: u32, cell: u32, peaks: &[u32]) -> Option<Vec<u32>> {
-        let goal = peaks[cell as usize];
-        let start = Node::Vertex(port);
-        let mut reached = BTreeMap::from([(start, (0.0, start))]);
+    /// The shortest path from a vertex to another, cut into the mesh and taken.
+    fn path(&mut self, start: u32, goal: u32, bounds: &Bounds) -> Option<Vec<u32>> {
+        let start = Node::Vertex(start);
+        let mut reached = HashMap::from([(start, (0.0, start))]);
         let mut front = BinaryHeap::from([Front { distance: 0.0, node: start }]);
         while let Some(Front { distance, node }) = front.pop() {
             if node == Node::Vertex(goal) {
@@ -187,8 +237,8 @@ impl Stars<'_> {
                 continue;
             }
             let here = self.at(node);
-            for other in self.beside(node) {
-                if !self.is_free(other, cell, goal) || !self.is_open(node, other) {
+            for other in self.beside(node, bounds) {
+                if !self.is_free(other, bounds, goal) || !self.is_open(node, other) {
                     continue;
                 }
                 let far = distance + here.distance(self.at(other));
@@ -203,11 +253,12 @@ impl Stars<'_> {
             nodes.push(reached.get(&nodes[nodes.len() - 1])?.1);
         }
         nodes.reverse();
+        let label = if let Bounds::Cell(cell) = bounds { *cell } else { NONE };
         let mut path = Vec::with_capacity(nodes.len());
         for node in nodes {
             path.push(match node {
                 Node::Vertex(v) => v,
-                Node::Edge(a, b) => self.split(a, b, cell)?,
+                Node::Edge(a, b) => self.split(a, b, label)?,
             });
         }
         for pair in path.windows(2) {
@@ -220,7 +271,7 @@ impl Stars<'_> {
     /// False along an edge that is taken.
     fn is_open(&self, from: Node, to: Node) -> bool {
         match (from, to) {
-            (Node::Vertex(a), Node::Vertex(b)) => !self.taken_edges.contains(&sorted(a, b)),
+            (Node::Vertex(a), Node::Vertex(b)) => !self.is_wall(a, b),
             _ => true,
         }
     }
