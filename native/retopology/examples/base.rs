@@ -30,8 +30,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     println!(
-        "{:22} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>7}  stages",
-        "file", "verts", "marked", "curves", "fixed", "sites", "added", "rounds", "tris", "least", "median", "seconds"
+        "{:22} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>7}  stages",
+        "file",
+        "verts",
+        "marked",
+        "curves",
+        "fixed",
+        "sites",
+        "added",
+        "rounds",
+        "tris",
+        "cut",
+        "least",
+        "median",
+        "seconds"
     );
     for file in files {
         let name = file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
@@ -51,7 +63,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let angles = least_angles(base);
         let stages: Vec<String> = report.seconds.iter().map(|(stage, s)| format!("{stage} {s:.2}")).collect();
         println!(
-            "{name:22} {:6} {:6} {:6} {:6} {:6} {:6} {:6} {:6} {:6.1} {:6.1} {seconds:7.2}  {}",
+            "{name:22} {:6} {:6} {:6} {:6} {:6} {:6} {:6} {:6} {:6} {:6.1} {:6.1} {seconds:7.2}  {}",
             mesh.positions.len(),
             features.edges.len(),
             report.curves,
@@ -60,6 +72,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             report.inserted.len(),
             report.rounds,
             base.triangles.len(),
+            base.surface.positions.len(),
             angles[0],
             angles[angles.len() / 2],
             stages.join(", ")

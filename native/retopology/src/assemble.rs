@@ -11,7 +11,12 @@ use mesh::{NONE, Topology};
 ///
 /// # Errors
 /// [`RetopologyError::Internal`] when a base triangle is no disk bounded by its three edges.
-pub fn assemble(dual: Dual, pieces: &[Piece], peaks: &[u32], surface: CutSurface) -> Result<Base, RetopologyError> {
+pub fn assemble(
+    dual: Dual,
+    pieces: &[Piece],
+    vertices: Vec<u32>,
+    surface: CutSurface,
+) -> Result<Base, RetopologyError> {
     let Dual { triangles, sides, ends, piece } = dual;
     let edges = ends
         .into_iter()
@@ -23,7 +28,7 @@ pub fn assemble(dual: Dual, pieces: &[Piece], peaks: &[u32], surface: CutSurface
         owner: vec![NONE; surface.mesh.triangles.len()],
         surface: surface.mesh,
         source: surface.source,
-        vertices: peaks.to_vec(),
+        vertices,
         triangles,
         edges,
         triangle_edges: sides,
@@ -92,6 +97,8 @@ fn find_owners(base: &mut Base) -> Result<(), RetopologyError> {
     }
     corners.sort_unstable();
     corners.dedup();
-    corners.iter().for_each(|&(t, _)| euler[t as usize] += 1);
+    for &(t, _) in &corners {
+        euler[t as usize] += 1;
+    }
     if euler.iter().all(|&e| e == 1) { Ok(()) } else { Err(broken("a base triangle is no disk")) }
 }

@@ -16,7 +16,7 @@ use crate::sites::{Breakpoints, divide_curves, free_sites};
 use crate::sizing::{refine, wanted_lengths};
 use crate::split_mesh::SplitMesh;
 use crate::stars::Drawing;
-use crate::{cut, detect, input, stars};
+use crate::{cut, detect, input, stars, tidy};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -184,10 +184,15 @@ pub fn build_base(
             *path = vertices;
         }
     }
+    let number = tidy::tidy(&mut surface, mesh.positions.len(), &work.peaks, monitor)?;
+    tidy::split_chords(&mut surface);
+    let renumbered = |vertices: &[u32]| vertices.iter().map(|&v| number[v as usize]).collect::<Vec<u32>>();
+    report.sites = renumbered(&report.sites);
+    report.inserted = renumbered(&report.inserted);
     for (v, position) in surface.mesh.positions.iter_mut().enumerate() {
         *position = mesh.positions.get(v).copied().unwrap_or_else(|| placement.to_scene(*position));
     }
-    let base = assemble(dual, &pieces, &work.peaks, surface)?;
+    let base = assemble(dual, &pieces, renumbered(&work.peaks), surface)?;
     clock.lap(&mut report, "cut");
     Ok(Built { base, report, fieldwork: work })
 }
@@ -224,7 +229,9 @@ impl Straightened {
                 reason: "a path leaves the surface",
             })?;
             if piece.is_some() {
-                half_edges.iter().for_each(|&h| fixed[h as usize] = true);
+                for &h in &half_edges {
+                    fixed[h as usize] = true;
+                }
                 paths.push(Vec::new());
             } else {
                 paths.push(half_edges);
@@ -289,14 +296,18 @@ impl Fieldwork {
         let mut prescribed = vec![false; mesh.positions.len()];
         let mut fixed = vec![false; refined_topology.len()];
         for chain in &network.chains {
-            chain.vertices.iter().for_each(|&v| prescribed[v as usize] = true);
+            for &v in &chain.vertices {
+                prescribed[v as usize] = true;
+            }
             for pair in chain.walk().collect::<Vec<_>>().windows(2) {
                 if let Some(h) = mesh.find(pair[0], pair[1]) {
                     fixed[h as usize] = true;
                 }
             }
         }
-        peaks.iter().for_each(|&v| prescribed[v as usize] = true);
+        for &v in &peaks {
+            prescribed[v as usize] = true;
+        }
         let weights = cotangent_weights(&refined, &refined_topology, &fixed, monitor)?;
         let mut first: Vec<Addition> =
             peaks.iter().map(|&vertex| Addition { vertex, hat: vec![(vertex, 1.0)] }).collect();
@@ -343,7 +354,10 @@ impl Fieldwork {
             }
             // At the latest when every vertex is a base vertex there is no flaw left.
             if flaws.iter().any(|v| self.peaks.contains(v)) {
-                return Err(RetopologyError::Internal { stage: "triangulating", reason: "a base vertex was added twice" });
+                return Err(RetopologyError::Internal {
+                    stage: "triangulating",
+                    reason: "a base vertex was added twice",
+                });
             }
             report.rounds += 1;
             report.inserted.extend(&flaws);

@@ -11,7 +11,7 @@ use crate::metric::Metric;
 use crate::split_mesh::{SplitMesh, next, prev};
 use mesh::{NONE, sorted};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Where two cells meet: a base edge.
 #[derive(Debug, Clone)]
@@ -61,14 +61,18 @@ pub fn labels(mesh: &SplitMesh, fields: &Fields, peaks: &[u32], on_curve: &[u32]
         })
         .collect();
     let mut used = vec![false; label.len()];
-    mesh.origin.iter().for_each(|&v| used[v as usize] = true);
+    for &v in &mesh.origin {
+        used[v as usize] = true;
+    }
     for (k, &v) in peaks.iter().enumerate() {
         label[v as usize] = k as u32;
     }
     // What hangs together with its base vertex.
     let mut reached = vec![false; label.len()];
     let mut open: Vec<u32> = peaks.to_vec();
-    open.iter().for_each(|&v| reached[v as usize] = true);
+    for &v in &open {
+        reached[v as usize] = true;
+    }
     while let Some(v) = open.pop() {
         for w in neighbours(mesh, v) {
             if !reached[w as usize] && label[w as usize] == label[v as usize] {
@@ -127,9 +131,8 @@ impl Cells {
         }
         let of = |h: u32| label[mesh.from(h) as usize];
         let cut = |h: u32| of(h) != of(next(h));
-        let meetings: Vec<u32> = (0..mesh.origin.len() as u32 / 3)
-            .filter(|&t| cut(3 * t) && cut(3 * t + 1) && cut(3 * t + 2))
-            .collect();
+        let meetings: Vec<u32> =
+            (0..mesh.origin.len() as u32 / 3).filter(|&t| cut(3 * t) && cut(3 * t + 1) && cut(3 * t + 2)).collect();
         let is_meeting = |h: u32| {
             let t = h - h % 3;
             cut(t) && cut(t + 1) && cut(t + 2)
@@ -219,19 +222,19 @@ impl Cells {
             found.extend(arcs[keep..].iter().filter_map(|&k| self.middle(mesh, peaks, &self.arcs[k])));
         }
         let mut triples = BTreeMap::<[u32; 3], u32>::new();
-        let mut in_triangle = BTreeMap::<[u32; 2], ()>::new();
+        let mut in_triangle = BTreeSet::new();
         for &t in &self.meetings {
             let mut cells = [0, 1, 2].map(|k| self.label[mesh.from(3 * t + k) as usize]);
             cells.sort_unstable();
             for [a, b] in [[0, 1], [1, 2], [0, 2]] {
-                in_triangle.insert([cells[a], cells[b]], ());
+                in_triangle.insert([cells[a], cells[b]]);
             }
             if triples.insert(cells, t).is_some() && sound(&cells) {
                 found.extend(self.around(mesh, peaks, &cells));
             }
         }
         for arc in &self.arcs {
-            if !in_triangle.contains_key(&arc.cells) && sound(&arc.cells) && !arc.closed {
+            if !in_triangle.contains(&arc.cells) && sound(&arc.cells) && !arc.closed {
                 found.extend(self.middle(mesh, peaks, arc));
             }
         }
@@ -250,11 +253,10 @@ impl Cells {
                 self.label[v as usize] == k as u32
             });
         }
-        for v in 0..n {
-            let k = self.label[v];
+        for (v, (&k, &away)) in self.label.iter().zip(&away).enumerate() {
             if k != NONE && marked[k as usize] && v as u32 != peaks[k as usize] {
                 // What the steps do not reach is farthest of all.
-                let distance = if away[v].is_finite() { away[v] } else { f64::MAX };
+                let distance = if away.is_finite() { away } else { f64::MAX };
                 if distance > far[k as usize].0 {
                     far[k as usize] = (distance, v as u32);
                 }

@@ -64,7 +64,8 @@ pub fn cut(
         let mut ids = Vec::with_capacity(cuts.len());
         for (c, at) in cuts.iter().zip(kept_apart(cuts.iter().map(|c| c.at).collect())) {
             let e = edge_at(c.half_edge);
-            let along = if on_path[e] == c.half_edge { c.index as usize } else { points[e].len() - 1 - c.index as usize };
+            let along =
+                if on_path[e] == c.half_edge { c.index as usize } else { points[e].len() - 1 - c.index as usize };
             let id = positions.len() as u32;
             points[e][along] = id;
             ids.push(id);
@@ -121,7 +122,7 @@ pub fn cut(
             }
         }
         let before = triangles.len();
-        divide(polygon, chords.remove(&f).unwrap_or_default(), &positions, &mut triangles)?;
+        divide(&polygon, chords.remove(&f).unwrap_or_default(), &positions, &mut triangles)?;
         source.resize(source.len() + triangles.len() - before, mesh.source[f as usize]);
     }
     Ok(CutSurface { mesh: TriangleMesh { positions, triangles }, source, paths: polylines })
@@ -148,13 +149,13 @@ fn kept_apart(mut at: Vec<f64>) -> Vec<f64> {
 
 /// Divides a convex polygon along chords that do not cross, then into triangles.
 fn divide(
-    polygon: Vec<u32>,
+    polygon: &[u32],
     mut chords: Vec<[u32; 2]>,
     positions: &[DVec3],
     triangles: &mut Vec<[u32; 3]>,
 ) -> Result<(), RetopologyError> {
     let Some([a, b]) = chords.pop() else {
-        triangulate(&polygon, positions, triangles);
+        triangulate(polygon, positions, triangles);
         return Ok(());
     };
     let place = |v: u32| polygon.iter().position(|&w| w == v).ok_or(MISMATCH);
@@ -167,8 +168,8 @@ fn divide(
     }
     let (inside, outside): (Vec<_>, Vec<_>) =
         chords.into_iter().partition(|chord| chord.iter().all(|v| one.contains(v)));
-    divide(one, inside, positions, triangles)?;
-    divide(other, outside, positions, triangles)
+    divide(&one, inside, positions, triangles)?;
+    divide(&other, outside, positions, triangles)
 }
 
 /// The triangulation of a convex polygon whose worst triangle is best, by dynamic programming. O(k^3); k is 3 to 6 here.

@@ -59,7 +59,9 @@ pub fn sharp_edges(
     let marked: BTreeSet<[u32; 2]> = marked.iter().map(|&[a, b]| sorted(a, b)).collect();
     let mut around = vec![Vec::new(); mesh.positions.len()];
     for (k, (_, ends)) in turns.iter().enumerate() {
-        ends.iter().for_each(|&v| around[v as usize].push(k));
+        for &v in ends {
+            around[v as usize].push(k);
+        }
     }
     let mut seen = vec![false; turns.len()];
     let mut found = Vec::new();
@@ -80,11 +82,61 @@ pub fn sharp_edges(
             }
             next += 1;
         }
-        let length: f64 = curve.iter().map(|&k| turns[k].1.map(|v| mesh.positions[v as usize])).map(|[a, b]| a.distance(b)).sum();
+        let length: f64 =
+            curve.iter().map(|&k| turns[k].1.map(|v| mesh.positions[v as usize])).map(|[a, b]| a.distance(b)).sum();
         if length >= options.min_length {
             found.extend(curve.into_iter().map(|k| turns[k].1).filter(|ends| !marked.contains(ends)));
         }
     }
     found.sort_unstable();
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::DVec3;
+
+    /// A strip bent along its middle line by an angle that grows from `low` to `high` degrees along it.
+    fn bent_strip(low: f64, high: f64) -> (TriangleMesh, Topology) {
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        for k in 0..=20_u32 {
+            let y = f64::from(k) / 20.0;
+            let angle = (low + (high - low) * y).to_radians();
+            let far = DVec3::new(0.3 * angle.cos(), y, 0.3 * angle.sin());
+            positions.extend([DVec3::new(-0.3, y, 0.0), DVec3::new(0.0, y, 0.0), far]);
+        }
+        for k in 0..20 {
+            for a in [3 * k, 3 * k + 1] {
+                triangles.extend([[a, a + 1, a + 4], [a, a + 4, a + 3]]);
+            }
+        }
+        let mesh = TriangleMesh { positions, triangles };
+        let topology = Topology::of_triangles(&mesh);
+        (mesh, topology)
+    }
+
+    #[test]
+    fn curves_go_on_below_the_angle_they_start_at() {
+        let (mesh, topology) = bent_strip(20.0, 60.0);
+        let found =
+            |options: &DetectOptions, marked: &[[u32; 2]]| sharp_edges(&mesh, &topology, marked, options).unwrap();
+        let options = DetectOptions::default();
+        let ridge = found(&options, &[]);
+        assert!(ridge.iter().flatten().all(|v| v % 3 == 1), "the middle line and nothing else");
+        let strict = found(&DetectOptions { continue_angle: options.start_angle, ..options }, &[]);
+        // The angle rises by two degrees an edge: from 25 the curve goes on, from 40 it starts.
+        assert!(
+            (16..=18).contains(&ridge.len()) && (9..=11).contains(&strict.len()),
+            "{} {}",
+            ridge.len(),
+            strict.len()
+        );
+        assert_eq!(found(&options, &ridge[3..5]).len(), ridge.len() - 2);
+        assert!(found(&DetectOptions { min_length: 0.95, ..options }, &[]).is_empty(), "too short");
+        let (mesh, topology) = bent_strip(20.0, 39.0);
+        assert!(sharp_edges(&mesh, &topology, &[], &options).unwrap().is_empty(), "never starts");
+        let bad = DetectOptions { continue_angle: 1.0, ..options };
+        assert!(matches!(sharp_edges(&mesh, &topology, &[], &bad), Err(RetopologyError::BadOption { .. })));
+    }
 }

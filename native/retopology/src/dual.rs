@@ -42,10 +42,11 @@ impl Dual {
             let corners = [0, 1, 2].map(|k| cells.label[mesh.from(3 * t + k) as usize]);
             let mut edges = [NONE; 3];
             for k in 0..3 {
-                edges[k] = *by_ends.get(&sorted(corners[k], corners[(k + 1) % 3])).ok_or(RetopologyError::Internal {
-                    stage: "taking the dual",
-                    reason: "two cells that meet in a point have no arc",
-                })?;
+                edges[k] =
+                    *by_ends.get(&sorted(corners[k], corners[(k + 1) % 3])).ok_or(RetopologyError::Internal {
+                        stage: "taking the dual",
+                        reason: "two cells that meet in a point have no arc",
+                    })?;
             }
             triangles.push(corners);
             sides.push(edges);
@@ -106,7 +107,14 @@ impl Dual {
     }
 
     /// The other diagonal of two triangles, when it is better.
-    fn better(&self, e: u32, s: u32, t: u32, lengths: &[f64], joined: &BTreeMap<[u32; 2], u32>) -> Option<([u32; 2], f64)> {
+    fn better(
+        &self,
+        e: u32,
+        s: u32,
+        t: u32,
+        lengths: &[f64],
+        joined: &BTreeMap<[u32; 2], u32>,
+    ) -> Option<([u32; 2], f64)> {
         let (i, j) = (self.place(s, e), self.place(t, e));
         let ends = sorted(self.triangles[s as usize][(i + 2) % 3], self.triangles[t as usize][(j + 2) % 3]);
         if ends[0] == ends[1] || joined.contains_key(&ends) {
@@ -122,7 +130,8 @@ impl Dual {
         if at_start.max(at_end) > std::f64::consts::PI - CONVEX {
             return None;
         }
-        let across = (left_start.powi(2) + right_start.powi(2) - 2.0 * left_start * right_start * at_start.cos()).sqrt();
+        let across =
+            (left_start.powi(2) + right_start.powi(2) - 2.0 * left_start * right_start * at_start.cos()).sqrt();
         let now = least(left_end, left_start, c).min(least(right_end, right_start, c));
         let then = least(left_start, right_start, across).min(least(left_end, right_end, across));
         (then > now + WORTHWHILE).then_some((ends, across))

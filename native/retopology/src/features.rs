@@ -84,7 +84,9 @@ pub fn network(
         .filter(|&v| !is_corner[v as usize] && neighbours[v as usize].len() == 2)
         .filter(|&v| turns_sharply(mesh, &neighbours, &is_corner, v, corner_angle))
         .collect();
-    turns.iter().for_each(|&v| is_corner[v as usize] = true);
+    for &v in &turns {
+        is_corner[v as usize] = true;
+    }
 
     let mut left = edges;
     let mut chains = Vec::new();
@@ -145,7 +147,8 @@ fn walk(
     let mut vertices = vec![start, second];
     let (mut before, mut at) = (start, second);
     while !is_corner[at as usize] && at != start {
-        let next = if neighbours[at as usize][0] == before { neighbours[at as usize][1] } else { neighbours[at as usize][0] };
+        let next =
+            if neighbours[at as usize][0] == before { neighbours[at as usize][1] } else { neighbours[at as usize][0] };
         left.remove(&sorted(at, next));
         vertices.push(next);
         (before, at) = (at, next);
@@ -165,4 +168,82 @@ fn turns_sharply(mesh: &TriangleMesh, neighbours: &[Vec<u32>], is_corner: &[bool
     let turn = |p: DVec3, q: DVec3| (at(v) - p).angle_between(q - at(v));
     let sharp = |angle: f64| angle > limit;
     sharp(turn(at(a), at(b))) && sharp(turn(at(beyond(a)), at(beyond(b))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A flat grid of `n` by `n` squares; vertex (i, j) is `i * (n + 1) + j`.
+    fn grid(n: u32) -> (TriangleMesh, Topology) {
+        let (mesh, _) = TriangleMesh::from_polygons(&testkit::shapes::sheet(n, n));
+        let topology = Topology::of_triangles(&mesh);
+        (mesh, topology)
+    }
+
+    fn marked(path: &[u32]) -> Features {
+        Features { edges: path.windows(2).map(|p| [p[0], p[1]]).collect(), vertices: vec![] }
+    }
+
+    fn of(n: u32, features: &Features) -> Result<Network, RetopologyError> {
+        let (mesh, topology) = grid(n);
+        network(&mesh, &topology, features, 50_f64.to_radians())
+    }
+
+    #[test]
+    fn a_border_has_chains_between_its_corners() {
+        let found = of(3, &Features::default()).unwrap();
+        assert_eq!(found.corners, [0, 3, 12, 15]);
+        assert!(found.chains.iter().all(|chain| chain.border && !chain.closed && chain.vertices.len() == 4));
+        assert_eq!(found.chains.len(), 4);
+    }
+
+    #[test]
+    fn a_path_from_border_to_inside_has_corners_where_it_starts_ends_and_turns() {
+        // From the border vertex (0, 2) three steps in, then three along, on a grid of 7.
+        let at = |i: u32, j: u32| i * 8 + j;
+        let path = [at(0, 2), at(1, 2), at(2, 2), at(3, 2), at(3, 3), at(3, 4), at(3, 5)];
+        let found = of(7, &marked(&path)).unwrap();
+        let inner: Vec<u32> = found.corners.iter().copied().filter(|v| path.contains(v)).collect();
+        assert_eq!(inner, [at(0, 2), at(3, 2), at(3, 5)]);
+        let inner: Vec<&Chain> = found.chains.iter().filter(|chain| !chain.border).collect();
+        assert_eq!(inner.len(), 2);
+        assert_eq!(inner[0].vertices, path[..4]);
+        assert_eq!(inner[1].vertices, path[3..]);
+    }
+
+    #[test]
+    fn a_zigzag_has_no_corners_and_a_ring_is_closed() {
+        let at = |i: u32, j: u32| i * 10 + j;
+        let zigzag: Vec<u32> = (2..6).flat_map(|k| [at(k, k), at(k, k + 1)]).collect();
+        let found = of(9, &marked(&zigzag)).unwrap();
+        assert_eq!(found.corners.iter().filter(|v| zigzag.contains(v)).count(), 2, "its ends");
+        // An octagon, its corners cut by the diagonals of the grid's squares or by two of its edges.
+        let (mesh, topology) = grid(9);
+        let ring = [at(3, 2), at(4, 2), at(5, 3), at(5, 4), at(4, 4), at(3, 3), at(3, 2)];
+        let found = network(&mesh, &topology, &marked(&ring), 3.0).unwrap();
+        let closed: Vec<&Chain> = found.chains.iter().filter(|chain| chain.closed && !chain.border).collect();
+        assert_eq!(closed.len(), 1);
+        assert_eq!(closed[0].vertices.iter().collect::<std::collections::BTreeSet<_>>().len(), 6);
+        assert_eq!(closed[0].walk().count(), 7);
+    }
+
+    #[test]
+    fn marked_vertices_are_corners_or_points() {
+        let features = Features { edges: vec![], vertices: vec![1, 5, 5] };
+        let found = of(3, &features).unwrap();
+        assert_eq!(found.points, [5]);
+        assert_eq!(found.corners, [0, 1, 3, 12, 15]);
+    }
+
+    #[test]
+    fn what_is_no_feature_is_named() {
+        let refused = |edges: &[[u32; 2]], vertices: &[u32]| {
+            of(3, &Features { edges: edges.to_vec(), vertices: vertices.to_vec() }).unwrap_err()
+        };
+        let off = RetopologyError::FeatureOffSurface { features: vec![1, 2, 3] };
+        assert_eq!(refused(&[[0, 1], [0, 10], [4, 4], [99, 0]], &[]), off);
+        assert_eq!(refused(&[[0, 1], [1, 2], [1, 0]], &[]), RetopologyError::FeatureRepeated { features: vec![2] });
+        assert_eq!(refused(&[], &[3, 16]), RetopologyError::VertexOffSurface { features: vec![1] });
+    }
 }

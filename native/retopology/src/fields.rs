@@ -79,7 +79,9 @@ impl Fields {
         }
         let vertex: Vec<u32> = (0..n as u32).filter(|&v| !prescribed[v as usize]).collect();
         let mut unknown = vec![NONE; n];
-        vertex.iter().enumerate().for_each(|(k, &v)| unknown[v as usize] = k as u32);
+        for (k, &v) in vertex.iter().enumerate() {
+            unknown[v as usize] = k as u32;
+        }
         let (mut triplets, mut coupling) = (Vec::with_capacity(3 * weights.len()), vec![Vec::new(); n]);
         for &(a, b, weight) in weights {
             let (i, j) = (unknown[a as usize], unknown[b as usize]);
@@ -127,7 +129,8 @@ impl Fields {
 
     /// Field of base vertex `k` at a vertex in sight of it.
     pub fn value(&self, k: u32, vertex: u32) -> f32 {
-        let sum = self.groups.of.get(k as usize).map_or_else(|| self.groups.count + k as usize - self.first, |&g| g as usize);
+        let sum =
+            self.groups.of.get(k as usize).map_or_else(|| self.groups.count + k as usize - self.first, |&g| g as usize);
         self.sums[sum][vertex as usize]
     }
 
@@ -181,7 +184,8 @@ impl Fields {
         let spread = |(addition, side): (&Addition, &Vec<f64>)| {
             let mut field = vec![0.0_f32; self.unknown.len()];
             // A unit load has a peak of any height: bring it to 1 while the precision is there.
-            let height = if addition.hat.is_empty() { side[self.unknown[addition.vertex as usize] as usize] } else { 1.0 };
+            let height =
+                if addition.hat.is_empty() { side[self.unknown[addition.vertex as usize] as usize] } else { 1.0 };
             for (&v, value) in self.vertex.iter().zip(side) {
                 field[v as usize] = (value / height) as f32;
             }
@@ -210,7 +214,9 @@ impl Fields {
                 }
                 if addition.hat.is_empty() {
                     let height = field[at];
-                    field.iter_mut().for_each(|value| *value /= height);
+                    for value in &mut field {
+                        *value /= height;
+                    }
                 }
                 self.sums.par_iter_mut().for_each(|sum| {
                     let share = f64::from(sum[at]);
@@ -226,6 +232,8 @@ impl Fields {
 
 fn subtract(from: &mut [f32], what: &[f32], share: f64) {
     if share.abs() > NOTHING {
-        from.iter_mut().zip(what).for_each(|(value, &w)| *value -= (share * f64::from(w)) as f32);
+        for (value, &w) in from.iter_mut().zip(what) {
+            *value -= (share * f64::from(w)) as f32;
+        }
     }
 }

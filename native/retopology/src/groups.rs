@@ -56,7 +56,7 @@ impl Groups {
         let mut of = vec![NONE; count];
         for k in 0..count as u32 {
             let used: BTreeSet<u32> = within(k, APART - 1).into_iter().map(|l| of[l as usize]).collect();
-            of[k as usize] = (0..).find(|group| !used.contains(group)).unwrap_or(0);
+            of[k as usize] = (0..=used.len() as u32).find(|group| !used.contains(group)).unwrap_or(0);
         }
         let groups = of.iter().max().map_or(0, |&g| g as usize + 1);
         Self { of, count: groups, cell, sight }

@@ -76,9 +76,8 @@ fn check_edges(mesh: &TriangleMesh) -> Result<(), RetopologyError> {
     let (mut crowded, mut misoriented) = (Vec::new(), Vec::new());
     for edge in sides.chunk_by(|a, b| a.0 == b.0) {
         match edge {
-            [_] => {}
             [a, b] if a.1 == b.1 => misoriented.push(a.0),
-            [_, _] => {}
+            [_] | [_, _] => {}
             _ => crowded.push(edge[0].0),
         }
     }
@@ -104,14 +103,66 @@ fn check_fans(mesh: &TriangleMesh, topology: &Topology) -> Result<(), Retopology
 /// The surface moved into a box of diagonal 1 about the origin. Unused vertices are put at the origin.
 pub fn normalised(mesh: &TriangleMesh) -> (TriangleMesh, Placement) {
     let mut used = vec![false; mesh.positions.len()];
-    mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    for &v in mesh.triangles.iter().flatten() {
+        used[v as usize] = true;
+    }
     let bounds = Aabb::of(mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]));
     let origin = bounds.low.midpoint(bounds.high);
-    // Halved first: the box of a huge mesh may be wider than the largest number.
-    let diagonal = 2.0 * (bounds.high / 2.0 - bounds.low / 2.0).length();
-    let scale = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
-    let positions = mesh.positions.iter().zip(&used).map(|(&p, &used)| {
-        if used { (p - origin) / scale } else { DVec3::ZERO }
-    });
+    // Halved and divided first: the box of a huge mesh may be wider than the largest number, and squares overflow sooner.
+    let half = bounds.high / 2.0 - bounds.low / 2.0;
+    let longest = half.max_element();
+    let scale = if longest > 0.0 { 2.0 * longest * (half / longest).length() } else { 1.0 };
+    let positions =
+        mesh.positions.iter().zip(&used).map(|(&p, &used)| if used { (p - origin) / scale } else { DVec3::ZERO });
     (TriangleMesh { positions: positions.collect(), triangles: mesh.triangles.clone() }, Placement { origin, scale })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check_of(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), RetopologyError> {
+        let positions = positions.iter().map(|&p| p.into()).collect();
+        check(&TriangleMesh { positions, triangles: triangles.to_vec() }).map(|_| ())
+    }
+
+    const POINTS: [[f64; 3]; 5] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [1., 1., 1.]];
+
+    #[test]
+    fn every_defect_is_named() {
+        assert_eq!(check_of(&POINTS, &[]), Err(RetopologyError::Empty));
+        let range = RetopologyError::VertexOutOfRange { triangle: 1, vertex: 5, vertices: 5 };
+        assert_eq!(check_of(&POINTS, &[[0, 1, 2], [0, 5, 1]]), Err(range));
+        let mut points = POINTS;
+        points[4][1] = f64::NAN;
+        assert_eq!(check_of(&points, &[[0, 1, 2]]), Err(RetopologyError::NotFinite { vertices: vec![4] }));
+        let repeated = RetopologyError::RepeatedCorners { triangles: vec![1] };
+        assert_eq!(check_of(&POINTS, &[[0, 1, 2], [3, 3, 1]]), Err(repeated));
+        let duplicate = RetopologyError::DuplicateTriangles { pairs: vec![[0, 2]] };
+        assert_eq!(check_of(&POINTS, &[[0, 1, 2], [2, 1, 3], [1, 0, 2]]), Err(duplicate));
+        let crowded = RetopologyError::NonManifoldEdges { edges: vec![[0, 1]] };
+        assert_eq!(check_of(&POINTS, &[[0, 1, 2], [1, 0, 3], [1, 0, 4]]), Err(crowded));
+        let turned = RetopologyError::MisorientedEdges { edges: vec![[0, 1]] };
+        assert_eq!(check_of(&POINTS, &[[0, 1, 2], [0, 1, 3]]), Err(turned));
+        let points = [POINTS.as_slice(), &[[2., 2., 2.], [3., 3., 1.]]].concat();
+        let touching = RetopologyError::NonManifoldVertices { vertices: vec![0] };
+        assert_eq!(check_of(&points, &[[0, 1, 2], [0, 5, 6]]), Err(touching));
+        assert_eq!(check_of(&points, &[[0, 1, 2], [1, 0, 3]]), Ok(()), "open, with unused vertices");
+    }
+
+    #[test]
+    fn the_working_box_has_diagonal_one_at_any_scale() {
+        for scale in [1e-200, 1.0, 1e200] {
+            let mesh = TriangleMesh {
+                positions: POINTS.iter().map(|&p| DVec3::from(p) * scale + DVec3::splat(scale)).collect(),
+                triangles: vec![[0, 1, 2], [0, 3, 4]],
+            };
+            let (working, placement) = normalised(&mesh);
+            let bounds = Aabb::of(working.positions.iter().copied());
+            assert!((bounds.low.distance(bounds.high) - 1.0).abs() < 1e-12);
+            for (&p, &q) in mesh.positions.iter().zip(&working.positions) {
+                assert!(p.distance(placement.to_scene(q)) <= 1e-12 * scale);
+            }
+        }
+    }
 }

@@ -47,3 +47,4 @@ mod sites;
 mod sizing;
 pub mod split_mesh;
 mod stars;
+mod tidy;

@@ -62,7 +62,9 @@ impl Metric {
             }
         }
         let mut start = vec![0_u32; mesh.positions.len() + 1];
-        pairs.iter().for_each(|&(a, ..)| start[a as usize + 1] += 1);
+        for &(a, ..) in &pairs {
+            start[a as usize + 1] += 1;
+        }
         for v in 0..mesh.positions.len() {
             start[v + 1] += start[v];
         }

@@ -85,7 +85,9 @@ pub fn free_sites(
     let mut off_curve = vec![f64::INFINITY; n];
     metric.spread(&mut off_curve, &mut vec![NONE; n], &on_curves, 1.0);
     let mut used = vec![false; n];
-    mesh.origin.iter().for_each(|&v| used[v as usize] = true);
+    for &v in &mesh.origin {
+        used[v as usize] = true;
+    }
 
     let (mut away, mut cell) = (vec![f64::INFINITY; n], vec![NONE; n]);
     let seeds: Vec<(u32, f64, u32)> = fixed.iter().map(|&v| (v, 0.0, v)).collect();
@@ -121,7 +123,9 @@ fn vertex_areas(mesh: &SplitMesh) -> Vec<f64> {
     for corners in mesh.origin.chunks_exact(3) {
         let [a, b, c] = [0, 1, 2].map(|k| mesh.positions[corners[k] as usize]);
         let third = (b - a).cross(c - a).length() / 6.0;
-        corners.iter().for_each(|&v| area[v as usize] += third);
+        for &v in corners {
+            area[v as usize] += third;
+        }
     }
     area
 }

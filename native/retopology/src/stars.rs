@@ -10,9 +10,14 @@ use crate::base_error::RetopologyError;
 use crate::cells::{Cells, Piece};
 use crate::fields::Fields;
 use crate::split_mesh::{SplitMesh, next, prev};
+use foldhash::fast::FixedState;
 use mesh::{DVec3, Monitor, NONE, sorted};
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::collections::BinaryHeap;
+
+/// Sets and maps that are asked, never listed, so that their order does not matter.
+type Set<T> = std::collections::HashSet<T, FixedState>;
+type Map<K, V> = std::collections::HashMap<K, V, FixedState>;
 
 /// A place a path may run through: a vertex, or the middle of an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -58,7 +63,7 @@ pub struct Drawing {
     /// Vertices of curves and of paths.
     taken: Vec<bool>,
     /// Edges of curves and of paths.
-    taken_edges: HashSet<[u32; 2]>,
+    taken_edges: Set<[u32; 2]>,
 }
 
 /// Where a path may run.
@@ -66,7 +71,7 @@ enum Bounds {
     /// In one cell.
     Cell(u32),
     /// In these triangles.
-    Triangles(HashSet<u32>),
+    Triangles(Set<u32>),
 }
 
 /// Draws a path for every arc of sound cells. Arcs across curves follow the curve.
@@ -82,12 +87,16 @@ pub fn draw(
     monitor: &Monitor,
 ) -> Result<Drawing, RetopologyError> {
     let mut taken = vec![false; mesh.positions.len()];
-    let mut taken_edges = HashSet::new();
+    let mut taken_edges = Set::default();
     for piece in pieces {
-        piece.vertices.iter().for_each(|&v| taken[v as usize] = true);
+        for &v in &piece.vertices {
+            taken[v as usize] = true;
+        }
         taken_edges.extend(piece.vertices.windows(2).map(|pair| sorted(pair[0], pair[1])));
     }
-    peaks.iter().for_each(|&v| taken[v as usize] = true);
+    for &v in peaks {
+        taken[v as usize] = true;
+    }
     // Where the two fields are largest, the arc is nearest to both base vertices. Ends, since splits renumber half-edges.
     let best_crossing = |arc: &crate::cells::CellArc| {
         let height = |h: u32| {
@@ -133,8 +142,10 @@ pub fn draw(
     Ok(stars)
 }
 
-const BROKEN: RetopologyError =
-    RetopologyError::Internal { stage: "drawing base edges", reason: "a base vertex cannot be reached within its cell" };
+const BROKEN: RetopologyError = RetopologyError::Internal {
+    stage: "drawing base edges",
+    reason: "a base vertex cannot be reached within its cell",
+};
 
 impl Drawing {
     /// Draws the path of an edge anew, between other ends, through the two base triangles that it divides now.
@@ -144,14 +155,16 @@ impl Drawing {
     pub fn redraw(&mut self, edge: usize, ends: [u32; 2]) -> Result<(), RetopologyError> {
         let old = std::mem::take(&mut self.paths[edge]);
         // All triangles on either side, up to the next paths.
-        let mut region = HashSet::new();
+        let mut region = Set::default();
         let mut open = Vec::new();
         for pair in old.windows(2) {
             let h = self.mesh.find(pair[0], pair[1]).ok_or(BROKEN)?;
             open.extend([h / 3, self.mesh.twin[h as usize] / 3]);
             self.taken_edges.remove(&sorted(pair[0], pair[1]));
         }
-        old[1..old.len() - 1].iter().for_each(|&v| self.taken[v as usize] = false);
+        for &v in &old[1..old.len() - 1] {
+            self.taken[v as usize] = false;
+        }
         while let Some(t) = open.pop() {
             if region.insert(t) {
                 for h in 3 * t..3 * t + 3 {
@@ -227,7 +240,8 @@ impl Drawing {
     /// The shortest path from a vertex to another, cut into the mesh and taken.
     fn path(&mut self, start: u32, goal: u32, bounds: &Bounds) -> Option<Vec<u32>> {
         let start = Node::Vertex(start);
-        let mut reached = HashMap::from([(start, (0.0, start))]);
+        let mut reached = Map::default();
+        reached.insert(start, (0.0, start));
         let mut front = BinaryHeap::from([Front { distance: 0.0, node: start }]);
         while let Some(Front { distance, node }) = front.pop() {
             if node == Node::Vertex(goal) {
@@ -264,7 +278,9 @@ impl Drawing {
         for pair in path.windows(2) {
             self.taken_edges.insert(sorted(pair[0], pair[1]));
         }
-        path.iter().for_each(|&v| self.taken[v as usize] = true);
+        for &v in &path {
+            self.taken[v as usize] = true;
+        }
         Some(path)
     }
 

@@ -66,27 +66,25 @@ impl Network {
         Ok(())
     }
 
-    /// Takes the sharpest bend of a path, again and again.
+    /// Cuts the bends of a path one after the other, going back where a cut has changed the bend before it.
     fn shorten_path(&mut self, triangulation: &mut Intrinsic, path: usize) -> bool {
-        let mut changed = false;
-        loop {
-            let mut bends: Vec<(f64, usize, bool)> = Vec::new();
-            for k in 1..self.paths[path].len() {
-                let (out, back) = self.joint(triangulation, path, k);
-                for (left, [start, end]) in [(true, [out, back]), (false, [back, out])] {
-                    let angle = wedge_angle(triangulation, start, end);
-                    if angle < PI - STRAIGHT {
-                        bends.push((angle, k, left));
-                    }
-                }
+        let (mut changed, mut k) = (false, 1);
+        while k < self.paths[path].len() {
+            let (out, back) = self.joint(triangulation, path, k);
+            let mut bends = [(true, out, back), (false, back, out)]
+                .map(|(left, start, end)| (wedge_angle(triangulation, start, end), left));
+            if bends[1].0 < bends[0].0 {
+                bends.swap(0, 1);
             }
-            bends.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            // One change renumbers the joints behind it.
-            if !bends.iter().any(|&(_, k, left)| self.cut_bend(triangulation, path, k, left)) {
-                return changed;
+            let bent = |&&(angle, _): &&(f64, bool)| angle < PI - STRAIGHT;
+            if bends.iter().filter(bent).any(|&(_, left)| self.cut_bend(triangulation, path, k, left)) {
+                changed = true;
+                k = (k - 1).max(1);
+            } else {
+                k += 1;
             }
-            changed = true;
         }
+        changed
     }
 
     /// At joint `k` of a path: the half-edge that leaves, and the one that leads back.
@@ -166,4 +164,78 @@ fn wedge_angle(triangulation: &Intrinsic, start: u32, end: u32) -> f64 {
         h = triangulation.counter_clockwise(h);
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_shapes::grid;
+    use glam::DVec3;
+    use mesh::{Topology, TriangleMesh};
+
+    /// Half-edges along vertices.
+    fn half_edges(topology: &Topology, path: &[u32]) -> Vec<u32> {
+        path.windows(2).map(|pair| topology.find(pair[0], pair[1]).unwrap()).collect()
+    }
+
+    fn shortened(mesh: &TriangleMesh, paths: &[Vec<u32>], fixed: &[bool]) -> (Intrinsic, Vec<Vec<u32>>) {
+        let topology = Topology::of_triangles(mesh);
+        let mut triangulation = Intrinsic::new(mesh, &topology);
+        let half_edges = paths.iter().map(|path| half_edges(&topology, path)).collect();
+        let mut network = Network::new(&triangulation, half_edges, fixed, &[]);
+        network.shorten(&mut triangulation, &Monitor::new()).unwrap();
+        (triangulation, network.paths)
+    }
+
+    fn length(triangulation: &Intrinsic, path: &[u32]) -> f64 {
+        path.iter().map(|&h| triangulation.length_of(h)).sum()
+    }
+
+    #[test]
+    fn a_detour_over_a_folded_sheet_becomes_the_straight_line_of_the_unfolded_one() {
+        // Folded like a roof: geodesics are straight once it is flat again.
+        let flat = |x: f64, y: f64| DVec3::new(x + 0.2 * (3.0 * y).sin(), y, 0.0);
+        let fold = |p: DVec3| if p.x < 5.0 { p } else { DVec3::new(5.0 + (p.x - 5.0) * 0.6, p.y, (p.x - 5.0) * 0.8) };
+        let place = |x: f64, y: f64| if x == 5.0 { DVec3::new(5.0, y, 0.0) } else { flat(x, y) };
+        let mesh = grid(10, 8, |x, y| fold(place(x, y)));
+        let at = |x: u32, y: u32| 11 * y + x;
+        let detour: Vec<u32> =
+            (2..=7).map(|y| at(2, y)).chain((3..=8).map(|x| at(x, 7))).chain((3..7).rev().map(|y| at(8, y))).collect();
+        let (triangulation, paths) = shortened(&mesh, &[detour], &[]);
+        let straight = place(2.0, 2.0).distance(place(8.0, 3.0));
+        assert!((length(&triangulation, &paths[0]) - straight).abs() < 1e-9);
+    }
+
+    #[test]
+    fn paths_keep_off_each_other_and_off_fixed_curves() {
+        let mesh = grid(10, 8, |x, y| DVec3::new(x, y, 0.0));
+        let topology = Topology::of_triangles(&mesh);
+        let at = |x: u32, y: u32| 11 * y + x;
+        // A curve stands in the way of two paths that go round it.
+        let mut fixed = vec![false; topology.len()];
+        let wall: Vec<u32> = (0..=4).map(|y| at(5, y)).collect();
+        for h in half_edges(&topology, &wall) {
+            fixed[h as usize] = true;
+        }
+        let around = |top: u32, x: u32| -> Vec<u32> {
+            let up = (1..=top).map(|y| at(x, y));
+            let over = (x + 1..=10 - x).map(|x| at(x, top));
+            up.chain(over).chain((1..top).rev().map(|y| at(10 - x, y))).collect()
+        };
+        let (inner, outer) = (around(6, 3), around(7, 2));
+        let (triangulation, paths) = shortened(&mesh, &[inner.clone(), outer.clone()], &fixed);
+        let vertices = |path: &[u32]| -> Vec<u32> { path[1..].iter().map(|&h| triangulation.from(h)).collect() };
+        let (a, b) = (vertices(&paths[0]), vertices(&paths[1]));
+        assert!(a.iter().all(|v| !b.contains(v) && !wall.contains(v)));
+        assert!(b.iter().all(|v| !wall.contains(v)));
+        let before = |path: &[u32]| (path.len() - 1) as f64;
+        assert!(length(&triangulation, &paths[0]) < before(&inner) - 1.0);
+        assert!(length(&triangulation, &paths[1]) < before(&outer) - 1.0);
+        // Round the top of the curve and no shorter: the other side is out of reach.
+        let tip = 2.0 * DVec3::new(2.0, 3.0, 0.0).length();
+        assert!(length(&triangulation, &paths[0]) >= tip - 1e-9);
+        for (path, ends) in paths.iter().zip([[at(3, 1), at(7, 1)], [at(2, 1), at(8, 1)]]) {
+            assert_eq!([triangulation.from(path[0]), triangulation.to(path[path.len() - 1])], ends);
+        }
+    }
 }

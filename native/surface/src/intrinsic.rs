@@ -85,7 +85,9 @@ impl Intrinsic {
             let [a, b, c] = [0, 1, 2].map(|k| length[sides[k] as usize]);
             worst.max(slack - (a + b - c).min(b + c - a).min(c + a - b))
         });
-        length.iter_mut().for_each(|l| *l += missing);
+        for l in &mut length {
+            *l += missing;
+        }
         let crossings = vec![-1; length.len()];
         Self {
             twin: topology.twin.clone(),
@@ -224,7 +226,9 @@ impl Intrinsic {
         let mut waiting: Vec<u32> = (0..self.twin.len() as u32).filter(|&h| self.twin[h as usize] > h).collect();
         waiting.retain(|&h| self.twin[h as usize] != NONE);
         let mut queued = vec![false; self.length.len()];
-        waiting.iter().for_each(|&h| queued[self.edge[h as usize] as usize] = true);
+        for &h in &waiting {
+            queued[self.edge[h as usize] as usize] = true;
+        }
         // Flips end in exact arithmetic; the limit guards against rounding, and only quality is lost when it strikes.
         let mut budget = 100 * self.length.len();
         while let Some(h) = waiting.pop() {
@@ -310,3 +314,7 @@ fn located(crossed: &[(u32, u32, DVec2, DVec2)], end: DVec2) -> Vec<Crossing> {
         })
         .collect()
 }
+
+#[cfg(test)]
+#[path = "intrinsic_tests.rs"]
+mod tests;

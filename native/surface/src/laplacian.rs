@@ -48,3 +48,28 @@ pub fn cotangent_weights(
     }
     Ok(weights)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_shapes::grid;
+    use glam::DVec3;
+
+    #[test]
+    fn linear_functions_on_a_sheared_plane_are_harmonic_and_no_weight_is_negative() {
+        // Angles up to 160 degrees: plain cotangent weights are negative here.
+        let mesh = grid(14, 14, |x, y| DVec3::new(x + 2.0 * y, 0.6 * y, 0.0));
+        let topology = Topology::of_triangles(&mesh);
+        let weights = cotangent_weights(&mesh, &topology, &vec![false; topology.len()], &Monitor::new()).unwrap();
+        let mut sums = vec![0.0; mesh.positions.len()];
+        for &(a, b, weight) in &weights {
+            assert!(weight > 0.0);
+            let value = |v: u32| mesh.positions[v as usize].dot(DVec3::new(0.3, -1.1, 0.0));
+            sums[a as usize] += weight * (value(b) - value(a));
+            sums[b as usize] += weight * (value(a) - value(b));
+        }
+        for (v, sum) in sums.into_iter().enumerate() {
+            assert!(topology.is_border_vertex(v as u32) || sum.abs() < 1e-5, "vertex {v}: {sum}");
+        }
+    }
+}

@@ -1,0 +1,379 @@
+//! The base triangulation of shapes and of real meshes, judged from the definitions.
+
+use mesh::{DVec3, Monitor, PolygonMesh, TriangleMesh, sorted};
+use proptest::prelude::*;
+use retopology::base::Base;
+use retopology::base_error::RetopologyError;
+use retopology::build::{BaseOptions, Built, build_base};
+use retopology::features::Features;
+use std::collections::{BTreeMap, BTreeSet};
+use testkit::random::Random;
+use testkit::{oracle, shapes};
+
+fn built(mesh: &PolygonMesh, features: &Features, vertices: u32) -> Built {
+    let (triangles, _) = TriangleMesh::from_polygons(mesh);
+    let options = BaseOptions { vertices, ..BaseOptions::default() };
+    build_base(&triangles, features, &options, &Monitor::new()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn check(holds: bool, what: &str) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(what.to_owned()) }
+}
+
+/// Everything that [`Base`] promises, recomputed. Says what does not hold.
+fn judge(mesh: &PolygonMesh, features: &Features, base: &Base) -> Result<(), String> {
+    let (input, _) = TriangleMesh::from_polygons(mesh);
+    judge_surface(&input, base)?;
+    judge_triangulation(&input, base)?;
+    let corners: BTreeSet<u32> = base.vertices.iter().copied().collect();
+    check(corners.len() == base.vertices.len(), "base vertices are distinct")?;
+    let mut inner = BTreeSet::new();
+    for edge in &base.edges {
+        let (first, last) = (edge.path[0], edge.path[edge.path.len() - 1]);
+        check([first, last] == edge.ends.map(|v| base.vertices[v as usize]), "a path joins its ends")?;
+        for v in &edge.path[1..edge.path.len() - 1] {
+            check(inner.insert(*v) && !corners.contains(v), "paths do not touch")?;
+        }
+    }
+    judge_regions(base)?;
+    judge_features(&input, features, base, &inner)
+}
+
+/// The cut surface is the input, divided.
+fn judge_surface(input: &TriangleMesh, base: &Base) -> Result<(), String> {
+    check(
+        base.surface.positions[..input.positions.len()] == input.positions[..],
+        "input vertices stay where they are",
+    )?;
+    let area = |mesh: &TriangleMesh, t: usize| mesh.area_normal(t).length() / 2.0;
+    let mut of_source = vec![0.0; input.triangles.len()];
+    for (t, &source) in base.source.iter().enumerate() {
+        of_source[source as usize] += area(&base.surface, t);
+    }
+    let largest = (0..input.triangles.len()).map(|t| area(input, t)).fold(0.0, f64::max);
+    for (t, sum) in of_source.iter().enumerate() {
+        check((sum - area(input, t)).abs() < 1e-6 * largest, "the pieces of an input triangle fill it")?;
+    }
+    Ok(())
+}
+
+/// A simplicial complex with the topology of the input.
+fn judge_triangulation(input: &TriangleMesh, base: &Base) -> Result<(), String> {
+    let points = base.vertices.iter().map(|&v| base.surface.positions[v as usize]).collect();
+    let coarse = PolygonMesh::from_polygons(points, &base.triangles).map_err(|error| error.to_string())?;
+    let input = input.to_polygons();
+    check(oracle::euler(&coarse) == oracle::euler(&input), "Euler characteristic")?;
+    check(oracle::components(&coarse) == oracle::components(&input), "components")?;
+    let closed = oracle::closed_manifold(&input).is_ok();
+    check(closed == oracle::closed_manifold(&coarse).is_ok(), "closed")?;
+    let distinct: BTreeSet<BTreeSet<u32>> = base.triangles.iter().map(|t| t.iter().copied().collect()).collect();
+    check(distinct.iter().all(|t| t.len() == 3), "three distinct corners")?;
+    check(distinct.len() == base.triangles.len(), "no two triangles with the same corners")?;
+    let ends: BTreeSet<[u32; 2]> = base.edges.iter().map(|edge| sorted(edge.ends[0], edge.ends[1])).collect();
+    check(ends.len() == base.edges.len(), "no two edges with the same ends")
+}
+
+/// Every base triangle is a disk whose rim is its three sides, and no chord joins two points of a side.
+fn judge_regions(base: &Base) -> Result<(), String> {
+    let mut owned = vec![Vec::new(); base.triangles.len()];
+    for (t, &owner) in base.owner.iter().enumerate() {
+        owned[owner as usize].push(base.surface.triangles[t]);
+    }
+    for (t, triangles) in owned.iter().enumerate() {
+        let mut number = BTreeMap::new();
+        let mut points = Vec::new();
+        let mut local = |v: u32| {
+            *number.entry(v).or_insert_with(|| {
+                points.push(base.surface.positions[v as usize]);
+                points.len() as u32 - 1
+            })
+        };
+        let faces: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(&mut local)).collect();
+        let region = PolygonMesh::from_polygons(points, faces).map_err(|e| e.to_string())?;
+        check(oracle::euler(&region) == 1 && oracle::components(&region) == 1, "a base triangle is a disk")?;
+        let half_edges = || triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut rim = BTreeSet::new();
+        for [a, b] in half_edges() {
+            if !rim.remove(&[b, a]) {
+                rim.insert([a, b]);
+            }
+        }
+        let mut sides = BTreeSet::new();
+        for k in 0..3 {
+            let [a, b] = [base.triangles[t][k], base.triangles[t][(k + 1) % 3]];
+            let edge = &base.edges[base.triangle_edges[t][k] as usize];
+            check(edge.ends == [a, b] || edge.ends == [b, a], "edge k joins corners k and k + 1")?;
+            let forward = edge.ends == [a, b];
+            sides.extend(edge.path.windows(2).map(|p| if forward { [p[0], p[1]] } else { [p[1], p[0]] }));
+            let side: BTreeSet<u32> = edge.path.iter().copied().collect();
+            let along: BTreeSet<[u32; 2]> = edge.path.windows(2).map(|p| sorted(p[0], p[1])).collect();
+            for [p, q] in half_edges() {
+                let chord = side.contains(&p) && side.contains(&q) && !along.contains(&sorted(p, q));
+                check(!chord, "no chord between two points of a side")?;
+            }
+        }
+        check(rim == sides, "the rim of a base triangle is its sides")?;
+    }
+    Ok(())
+}
+
+/// Marked and border edges lie on base edges, marked vertices are base vertices.
+fn judge_features(input: &TriangleMesh, features: &Features, base: &Base, inner: &BTreeSet<u32>) -> Result<(), String> {
+    let at = |v: u32| base.surface.positions[v as usize];
+    let mut marked: BTreeSet<[u32; 2]> = features.edges.iter().map(|&[a, b]| sorted(a, b)).collect();
+    let mut sides = BTreeMap::<[u32; 2], u32>::new();
+    for &[a, b, c] in &input.triangles {
+        for &[a, b] in &[[a, b], [b, c], [c, a]] {
+            *sides.entry(sorted(a, b)).or_default() += 1;
+        }
+    }
+    marked.extend(sides.into_iter().filter(|&(_, count)| count == 1).map(|(edge, _)| edge));
+    let corners: BTreeSet<u32> = base.vertices.iter().copied().collect();
+    let (mut covered, mut neighbours) = (0.0, BTreeMap::<u32, Vec<u32>>::new());
+    for pair in base.edges.iter().filter(|edge| edge.feature.is_some()).flat_map(|edge| edge.path.windows(2)) {
+        covered += at(pair[0]).distance(at(pair[1]));
+        neighbours.entry(pair[0]).or_default().push(pair[1]);
+        neighbours.entry(pair[1]).or_default().push(pair[0]);
+    }
+    let wanted: f64 = marked.iter().map(|&[a, b]| at(a).distance(at(b))).sum();
+    check((covered - wanted).abs() <= 1e-9 * wanted, "features are as long as they were")?;
+    for &[a, b] in &marked {
+        // From a towards b over vertices that are new, each with one way on.
+        let reaches = neighbours.get(&a).into_iter().flatten().any(|&first| {
+            let (mut before, mut here) = (a, first);
+            while here as usize >= input.positions.len() {
+                let on = neighbours[&here].iter().copied().find(|&v| v != before);
+                (before, here) = (here, on.unwrap_or(a));
+            }
+            here == b
+        });
+        check(reaches, "a marked edge is a path of base edges")?;
+        check([a, b].iter().all(|v| inner.contains(v) || corners.contains(v)), "marked vertices lie on base edges")?;
+    }
+    check(features.vertices.iter().all(|v| corners.contains(v)), "marked vertices are base vertices")
+}
+
+#[track_caller]
+fn accept(mesh: &PolygonMesh, features: &Features, vertices: u32) -> Built {
+    let built = built(mesh, features, vertices);
+    assert_eq!(judge(mesh, features, &built.base), Ok(()));
+    built
+}
+
+/// A block of `columns` by `rows` cells, some of them holes through it, each divided into `n` by `n` by `n`.
+fn punched_block(columns: i32, rows: i32, holes: &BTreeSet<(i32, i32)>, n: i32) -> PolygonMesh {
+    let solid = |[x, y, z]: [i32; 3]| {
+        let inside = (0..columns * n).contains(&x) && (0..rows * n).contains(&y) && (0..n).contains(&z);
+        inside && !holes.contains(&(x.div_euclid(n), y.div_euclid(n)))
+    };
+    let cells = (0..columns * n).flat_map(|x| (0..rows * n).flat_map(move |y| (0..n).map(move |z| [x, y, z])));
+    let (mut verts, mut positions, mut faces) = (BTreeMap::new(), Vec::new(), Vec::new());
+    for cell in cells.filter(|&cell| solid(cell)) {
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            let mut beyond = cell;
+            beyond[axis] += 2 * side - 1;
+            if solid(beyond) {
+                continue;
+            }
+            let mut face = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[u, v]| {
+                let mut at = cell;
+                at[axis] += side;
+                at[(axis + 1) % 3] += u;
+                at[(axis + 2) % 3] += v;
+                *verts.entry(at).or_insert_with(|| {
+                    positions.push(DVec3::from_array(at.map(f64::from)) / f64::from(n));
+                    positions.len() as u32 - 1
+                })
+            });
+            if side == 0 {
+                face.reverse();
+            }
+            faces.push(face);
+        }
+    }
+    PolygonMesh::from_polygons(positions, faces).expect("indices in range by construction")
+}
+
+/// Edges where faces turn by more than 40 degrees.
+fn sharp(mesh: &PolygonMesh) -> Features {
+    let (triangles, _) = TriangleMesh::from_polygons(mesh);
+    let mut normals = BTreeMap::<[u32; 2], Vec<DVec3>>::new();
+    for (t, [a, b, c]) in triangles.triangles.iter().enumerate() {
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            normals.entry(sorted(*p, *q)).or_default().push(triangles.area_normal(t));
+        }
+    }
+    let turns = |n: &[DVec3]| n.len() == 2 && n[0].angle_between(n[1]) > 0.7;
+    Features { edges: normals.into_iter().filter(|(_, n)| turns(n)).map(|(e, _)| e).collect(), vertices: vec![] }
+}
+
+/// A fixture with the sharp edges that ship with it.
+fn fixture(name: &str) -> (PolygonMesh, Features) {
+    let path = format!("{}/../../blend_fixtures/meshes/{name}.edges40", env!("CARGO_MANIFEST_DIR"));
+    let numbers = |line: &str| line.split_whitespace().map(|w| w.parse().unwrap()).collect::<Vec<u32>>();
+    let text = std::fs::read_to_string(path).unwrap();
+    let edges = text.lines().skip(1).map(|line| numbers(line).try_into().unwrap()).collect();
+    (testkit::fixture(name), Features { edges, vertices: vec![] })
+}
+
+#[test]
+fn real_meshes_with_and_without_features() {
+    for name in ["tri/plate_holes", "tri/mirror", "tri/fish_low_tri", "tri/vault_tri"] {
+        let (mesh, features) = fixture(name);
+        for features in [Features::default(), features] {
+            let built = built(&mesh, &features, 80);
+            assert_eq!(judge(&mesh, &features, &built.base), Ok(()), "{name}");
+        }
+    }
+}
+
+#[test]
+fn surfaces_without_features_get_sites_of_their_own() {
+    for (mesh, vertices) in [(shapes::sphere(12), 30), (shapes::torus(2.0, 0.6, 40, 16), 60), (shapes::sphere(1), 4)] {
+        let built = accept(&mesh, &Features::default(), vertices);
+        assert!(!built.report.sites.is_empty());
+        assert_eq!(built.report.sites.len() + built.report.inserted.len(), built.base.vertices.len());
+    }
+    let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    accept(&PolygonMesh::from_polygons(positions, tetrahedron).unwrap(), &Features::default(), 4);
+}
+
+#[test]
+fn a_cube_with_its_edges_marked_has_its_corners() {
+    let mesh = shapes::cuboid(DVec3::new(1.0, 2.0, 0.7), 6);
+    let built = accept(&mesh, &sharp(&mesh), 30);
+    assert_eq!((built.report.curves, built.report.corners), (12, 8));
+}
+
+#[test]
+fn genus_11_with_marked_edges_and_vertices() {
+    let holes: BTreeSet<(i32, i32)> = (0..12).filter(|k| *k != 7).map(|k| (2 * (k % 4) + 1, 2 * (k / 4) + 1)).collect();
+    let mesh = punched_block(9, 7, &holes, 2);
+    assert_eq!(oracle::euler(&mesh), 2 - 2 * 11);
+    accept(&mesh, &Features::default(), 60);
+    let mut features = sharp(&mesh);
+    let marked: BTreeSet<u32> = features.edges.iter().flatten().copied().collect();
+    features.vertices = (0..mesh.vertex_count() as u32).filter(|v| !marked.contains(v)).step_by(40).collect();
+    accept(&mesh, &features, 60);
+}
+
+#[test]
+fn size_and_place_do_not_matter() {
+    let mesh = shapes::torus(2.0, 0.6, 30, 14);
+    let triangles = built(&mesh, &Features::default(), 50).base.triangles;
+    for (scale, shift) in [(2_f64.powi(-40), 0.0), (2_f64.powi(60), 0.0), (1e-150, 0.0), (1e150, 0.0), (1.0, 1e7)] {
+        let moved = mesh.with_positions(mesh.positions.iter().map(|&p| p * scale + DVec3::splat(shift)).collect());
+        let base = built(&moved, &Features::default(), 50).base;
+        // A power of two changes no digit.
+        let exact = shift == 0.0 && (scale == 2_f64.powi(-40) || scale == 2_f64.powi(60));
+        assert!(!exact || base.triangles == triangles, "{scale}");
+        assert_eq!(judge_triangulation(&TriangleMesh::from_polygons(&moved).0, &base), Ok(()));
+    }
+}
+
+#[test]
+fn triangles_without_area_are_no_obstacle() {
+    let mesh = shapes::triangulated(&shapes::sphere(8));
+    let mut positions = mesh.positions.clone();
+    let mut faces: Vec<Vec<u32>> = mesh.faces().map(<[u32]>::to_vec).collect();
+    // A vertex in the middle of an edge of one triangle only, and one on top of another.
+    let (a, b, c) = (faces[10][0], faces[10][1], faces[10][2]);
+    let m = positions.len() as u32;
+    positions.push(positions[a as usize].midpoint(positions[b as usize]));
+    faces[10] = vec![a, m, c];
+    faces.extend([vec![m, b, c], vec![a, b, m]]);
+    positions[faces[60][0] as usize] = positions[faces[60][1] as usize];
+    let mesh = PolygonMesh::from_polygons(positions, faces).unwrap();
+    assert_eq!(oracle::closed_manifold(&mesh), Ok(()));
+    accept(&mesh, &Features::default(), 40);
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let (mesh, features) = fixture("tri/fish_low_tri");
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let base = pool.install(|| built(&mesh, &features, 60)).base;
+        (base.surface, base.owner, base.edges)
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn a_cancelled_run_stops() {
+    let monitor = Monitor::new();
+    monitor.cancel();
+    let (mesh, _) = TriangleMesh::from_polygons(&shapes::sphere(4));
+    let result = build_base(&mesh, &Features::default(), &BaseOptions::default(), &monitor);
+    assert!(matches!(result, Err(RetopologyError::Cancelled(_))));
+}
+
+/// A sheet with holes that do not touch, where `open` says so.
+fn holed_sheet(size: u32, mut open: impl FnMut() -> bool) -> PolygonMesh {
+    let sheet = shapes::sheet(size, size);
+    let can_open = |f: u32| (f / size) % 3 == 1 && (f % size) % 3 == 1 && f / size + 1 < size && f % size + 1 < size;
+    let kept: Vec<Vec<u32>> =
+        sheet.faces().zip(0..).filter(|&(_, f)| !(can_open(f) && open())).map(|(face, _)| face.to_vec()).collect();
+    PolygonMesh::from_polygons(sheet.positions.clone(), kept).expect("indices in range")
+}
+
+/// A shape of one of five kinds: sphere, torus, block with tunnels, sheet with holes, several components.
+fn random_shape(kind: u32, n: i32, random: &mut Random) -> PolygonMesh {
+    let mut holes = |columns: i32, rows: i32| -> BTreeSet<(i32, i32)> {
+        let all = (1..columns - 1).step_by(2).flat_map(|x| (1..rows - 1).step_by(2).map(move |y| (x, y)));
+        all.filter(|_| random.unit() < 0.7).collect()
+    };
+    let far =
+        |mesh: PolygonMesh, x: f64| mesh.with_positions(mesh.positions.iter().map(|p| *p + DVec3::X * x).collect());
+    match kind {
+        0 => shapes::sphere(2 * n as u32 + 1),
+        1 => shapes::torus(1.0, random.between(0.1, 0.8), 5 + random.index(30) as u32, 4 + random.index(12) as u32),
+        2 => punched_block(9, 7, &holes(9, 7), n.min(2)),
+        3 => holed_sheet(6 + 4 * n as u32, || random.unit() < 0.5),
+        _ => shapes::joined(&[
+            shapes::sphere(n as u32 + 1),
+            far(punched_block(5, 5, &holes(5, 5), n), 10.0),
+            far(shapes::sheet(3, 5), 30.0),
+        ]),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_shapes(
+        seed in any::<u64>(),
+        kind in 0..5_u32,
+        n in 1..4_i32,
+        vertices in 4..90_u32,
+        marks in 0..3,
+        rough in 0.0..0.25,
+    ) {
+        let mut random = Random::new(seed);
+        let mesh = random_shape(kind, n, &mut random);
+        let mut features = if marks == 0 { Features::default() } else { sharp(&mesh) };
+        let mesh = shapes::triangulated(&mesh);
+        if marks == 2 {
+            let mut edges: BTreeSet<[u32; 2]> = features.edges.iter().copied().collect();
+            for _ in 0..random.index(30) {
+                let t = mesh.face(random.index(mesh.face_count()));
+                let k = random.index(3);
+                edges.insert(sorted(t[k], t[(k + 1) % 3]));
+            }
+            features.edges = edges.into_iter().collect();
+            features.vertices = vec![mesh.face(random.index(mesh.face_count()))[0]];
+        }
+        let length = |f: usize| {
+            let points: Vec<DVec3> = mesh.face_points(f).collect();
+            (0..3).map(|k| points[k].distance(points[(k + 1) % 3])).fold(f64::INFINITY, f64::min)
+        };
+        let shortest = (0..mesh.face_count()).map(length).fold(f64::INFINITY, f64::min);
+        let mut shake = || DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+        let positions = mesh.positions.iter().map(|&p| p + shake() * rough * shortest).collect();
+        let mesh = mesh.with_positions(positions);
+        let base = built(&mesh, &features, vertices).base;
+        prop_assert_eq!(judge(&mesh, &features, &base), Ok(()));
+    }
+}
