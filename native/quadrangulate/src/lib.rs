@@ -1,5 +1,6 @@
 //! Side quantisation and the filling of n-sided patches with quads.
 
+mod custom;
 mod disk;
 mod fill;
 mod flatten;
@@ -12,6 +13,7 @@ pub mod quantise;
 mod strips;
 mod universal;
 
+pub use custom::CustomPattern;
 pub use disk::{Cost, Method, PatchTopology};
 pub use fill::{FillError, Filler, fill_disk, fill_loop};
 pub mod improve;

@@ -48,11 +48,12 @@ pub(crate) struct Pattern {
     pub valence_excess: u32,
 }
 
+/// A pattern as the catalogue lists it.
 #[derive(serde::Deserialize)]
-struct Entry {
-    name: String,
-    sides: Vec<Vec<u32>>,
-    quads: Vec<[u32; 4]>,
+pub(crate) struct Entry {
+    pub name: String,
+    pub sides: Vec<Vec<u32>>,
+    pub quads: Vec<[u32; 4]>,
 }
 
 /// The catalogue, in order of side count, then irregular vertices, then valence excess, then name order in the file.
@@ -70,7 +71,7 @@ pub(crate) fn edge_key(a: u32, b: u32) -> [u32; 2] {
 }
 
 impl Pattern {
-    fn new(entry: Entry) -> Self {
+    pub(crate) fn new(entry: Entry) -> Self {
         let Entry { name, sides, quads } = entry;
         let strip_of_edge = strips(&quads);
         let strip_count = strip_of_edge.values().max().map_or(0, |&s| s + 1);
@@ -84,7 +85,8 @@ impl Pattern {
             }
         }
         let mut by_ends: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
-        for (strip, ends) in ends.iter().enumerate() {
+        // A strip that closes in itself adds to no side: it keeps multiplicity one.
+        for (strip, ends) in ends.iter().enumerate().filter(|(_, ends)| !ends.is_empty()) {
             by_ends.entry([ends[0], ends[1]]).or_default().push(strip);
         }
         let groups = settle_sides_early(by_ends, sides.len());

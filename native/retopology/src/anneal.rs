@@ -24,8 +24,9 @@ pub(crate) struct Goal {
     pub vertex: u32,
     /// Wanted number of quads; the squared deviation counts.
     pub ideal: f64,
-    /// Fewest quads at the vertex.
+    /// Fewest quads here, and fewest at the vertex.
     pub least: i32,
+    pub least_at_vertex: i32,
 }
 
 /// Costs of a quad missing at a vertex: more than any other cost can gain.
@@ -163,8 +164,9 @@ impl<'a> Search<'a> {
 
     fn sector_cost(&self, sector: u32) -> f64 {
         let goal = &self.goals[sector as usize];
-        let missing = (goal.least - self.at_vertex[goal.vertex as usize]).max(0);
-        (f64::from(self.quads[sector as usize]) - goal.ideal).powi(2) + MISSING * f64::from(missing)
+        let quads = self.quads[sector as usize];
+        let missing = (goal.least - quads).max(0) + (goal.least_at_vertex - self.at_vertex[goal.vertex as usize]).max(0);
+        (f64::from(quads) - goal.ideal).powi(2) + MISSING * f64::from(missing)
     }
 
     fn taken(&self) -> Vec<u32> {

@@ -12,12 +12,16 @@
 //! 3. The edge length is searched for until the quads number what was asked; single pieces then make up the rest.
 
 use crate::base::Base;
+use crate::division::least_parts;
 use crate::error::LayoutError;
 use crate::measures::Measures;
 use crate::patch::Patch;
-use mesh::Monitor;
+use crate::templates::{Chosen, TemplateError};
+use glam::DVec3;
+use mesh::{Monitor, NONE};
 use quadrangulate::Filler;
-use quadrangulate::quantise::{self, Layout, MOST, QuantiseError, SubSide, quantise_instantly};
+use quadrangulate::quantise::{self, Layout, MOST, SubSide, quantise_instantly};
+use solve::components::connected_components;
 
 /// Rounds of the search for the edge length.
 const SEARCH_ROUNDS: usize = 14;
@@ -25,6 +29,13 @@ const SEARCH_ROUNDS: usize = 14;
 const CLOSE_ENOUGH: f64 = 0.004;
 /// Weight of the condition that lets a three- or five-sided patch do with one irregular vertex, per squared miss.
 const PATTERN_WEIGHT: f64 = 2.0;
+/// How far the chords of a bent feature may leave it, in edge lengths, before it gets more edges; and how much more its wishes
+/// count than those of others then.
+const CHORD_ERROR: f64 = 0.035;
+const BENT_WEIGHT: f64 = 8.0;
+/// Chords are cut after all when whole ones miss the target by more than this fraction, at this price.
+const MOST_MISS: f64 = 0.02;
+const CUTTING: f64 = 200.0;
 /// Changes of single pieces to make up the rest.
 const MOST_CHANGES: usize = 40;
 
@@ -50,10 +61,9 @@ pub(crate) struct Counts {
 struct Sides<'a> {
     base: &'a Base,
     patches: &'a [Patch],
-    /// Length of each base edge over the relative size along it.
-    lengths: Vec<f64>,
-    /// Piece of a chord that each base edge belongs to; `u32::MAX` for edges inside patches.
-    piece_of: Vec<u32>,
+    templates: &'a [Chosen],
+    /// The one or two pieces of chords whose counts add up to each base edge's; [`NONE`] for none.
+    parts: Vec<[u32; 2]>,
     /// For each piece the mean logarithm of its lengths, and the area beside it over the squared length.
     ideals: Vec<(f64, f64)>,
     /// Pieces round each patch that whole pieces do not make even by themselves; `sub_sides` still empty.
@@ -104,11 +114,13 @@ pub(crate) fn spread(base: &Base, given: &[f64]) -> Result<Vec<f64>, LayoutError
     Ok(size)
 }
 
+#[expect(clippy::too_many_arguments, reason = "the whole layout is needed")]
 /// Counts for all base edges. `irregularity` is what a patch with unequal opposite sides costs, in quads stretched by e.
 pub(crate) fn count(
     base: &Base,
     measures: &Measures,
     patches: &[Patch],
+    templates: &[Chosen],
     size: &[f64],
     wanted: Size,
     irregularity: f64,
@@ -121,7 +133,7 @@ pub(crate) fn count(
         Size::TargetFaces(0) => return Err(LayoutError::BadOption { option: "target faces", expected: "at least 1" }),
         Size::TargetFaces(faces) => (area / faces as f64).sqrt(),
     };
-    let sides = Sides::new(base, measures, patches, size, start, irregularity);
+    let sides = Sides::new(base, measures, patches, templates, size, start, irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -149,7 +161,14 @@ pub(crate) fn count(
         }
         sides.make_up(&mut counts, target, edge_length, &mut filler, monitor)?;
     }
-    let of_edge = sides.piece_of.iter().map(|&piece| counts.get(piece as usize).copied().unwrap_or(0)).collect();
+    if let Size::TargetFaces(faces) = wanted
+        && irregularity.is_infinite()
+        && (sides.faces(&counts, &mut filler)? / faces as f64 - 1.0).abs() > MOST_MISS
+    {
+        // One chord that winds over most of the surface leaves too few numbers of quads to choose from: cut it.
+        return count(base, measures, patches, templates, size, wanted, CUTTING, monitor);
+    }
+    let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
     Ok(Counts { of_edge, edge_length })
 }
 
@@ -165,13 +184,14 @@ impl<'a> Sides<'a> {
         base: &'a Base,
         measures: &Measures,
         patches: &'a [Patch],
+        templates: &'a [Chosen],
         size: &[f64],
         h: f64,
         irregularity: f64,
     ) -> Self {
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
-        let lengths: Vec<f64> =
+        let mut lengths: Vec<f64> =
             base.edges.iter().map(|e| e.path.windows(2).map(step).sum::<f64>().max(1e-6 * h)).collect();
         let edge_of = |corner: u32| base.triangle_edges[corner as usize / 3][corner as usize % 3];
         let mut areas = vec![0.0; base.edges.len()];
@@ -193,41 +213,120 @@ impl<'a> Sides<'a> {
                 }
             }
         }
-        let mut piece_of = vec![u32::MAX; base.edges.len()];
-        let mut ideals = Vec::new();
-        for chord in chords(&links, &areas) {
-            let terms: Vec<(f64, f64)> =
-                chord.edges.iter().map(|&e| (areas[e as usize] / (h * h), lengths[e as usize].ln())).collect();
-            for piece in cut(&terms, chord.closed, irregularity) {
-                let weight: f64 = piece.iter().map(|&i| terms[i].0).sum();
-                let mean = piece.iter().map(|&i| terms[i].0 * terms[i].1).sum::<f64>() / weight;
-                for &i in &piece {
-                    piece_of[chord.edges[i] as usize] = ideals.len() as u32;
-                }
-                ideals.push((mean, weight * h * h));
-            }
+        // Bent features need more edges than their length says, and will have them before others have theirs.
+        let mut bent = vec![false; base.edges.len()];
+        for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
+            let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
+            let wanted = f64::from(least_parts(&points, CHORD_ERROR * h)) * h;
+            bent[e] = wanted > 1.05 * lengths[e];
+            lengths[e] = lengths[e].max(wanted);
         }
         let mut sides = Self {
             base,
             patches,
-            lengths,
-            piece_of,
-            ideals,
+            templates,
+            parts: vec![[NONE; 2]; base.edges.len()],
+            ideals: Vec::new(),
             layout: Layout::default(),
             bound: Vec::new(),
         };
+        if irregularity.is_infinite() && templates.is_empty() {
+            sides.conform(&lengths, &areas);
+            return sides;
+        }
+        for chord in chords(&links, &areas) {
+            let term = |&e: &u32| {
+                let e = e as usize;
+                Term { weight: areas[e] / (h * h), value: lengths[e].ln(), least: bent[e] }
+            };
+            let terms: Vec<Term> = chord.edges.iter().map(term).collect();
+            for piece in cut(&terms, chord.closed, irregularity) {
+                let mut run = Run::default();
+                for &i in &piece {
+                    run.add(&terms[i]);
+                    sides.parts[chord.edges[i] as usize][0] = sides.ideals.len() as u32;
+                }
+                let urgency = if run.value() > run.mean() { BENT_WEIGHT } else { 1.0 };
+                sides.ideals.push((run.value(), run.weight * h * h * urgency));
+            }
+        }
         sides.bind();
         sides
     }
 
+    /// The first piece of a half-edge's base edge.
     fn piece(&self, corner: u32) -> u32 {
-        self.piece_of[self.base.triangle_edges[corner as usize / 3][corner as usize % 3] as usize]
+        self.parts[self.edge(corner) as usize][0]
+    }
+
+    fn edge(&self, corner: u32) -> u32 {
+        self.base.triangle_edges[corner as usize / 3][corner as usize % 3]
+    }
+
+    /// Quads along a base edge.
+    fn along(&self, edge: u32, counts: &[u32]) -> u32 {
+        self.parts[edge as usize].iter().filter(|&&piece| piece != NONE).map(|&piece| counts[piece as usize]).sum()
+    }
+
+    /// Pieces for the coarsest layout: no chord is cut, and patches of other than four sides are seen as divided into quads from
+    /// their middle, so that the chords of the halves of their sides go on through them. Any counts of these fit everywhere, and
+    /// all irregular vertices lie on few lines.
+    fn conform(&mut self, lengths: &[f64], areas: &[f64]) {
+        // Halves are numbered 2 e and 2 e + 1 along base edge e.
+        let half = |sides: &Self, corner: u32, second: bool| {
+            let edge = sides.edge(corner);
+            let forward = sides.base.edges[edge as usize].ends[0]
+                == sides.base.triangles[corner as usize / 3][corner as usize % 3];
+            2 * edge + u32::from(second == forward)
+        };
+        let mut joined = Vec::new();
+        let mut divided = vec![false; 2 * lengths.len()];
+        for patch in self.patches {
+            let n = patch.border.len();
+            for (i, &corner) in patch.border.iter().enumerate() {
+                let across = patch.border[(i + 2) % n];
+                joined.push((half(self, corner, true), half(self, across, false)));
+                if n == 4 {
+                    joined.push((half(self, corner, false), half(self, across, true)));
+                } else {
+                    divided[half(self, corner, true) as usize] = true;
+                    divided[half(self, corner, false) as usize] = true;
+                }
+            }
+        }
+        for class in connected_components(2 * lengths.len(), joined) {
+            let halved = class.iter().any(|&half| divided[half as usize]);
+            let mut run = Run::default();
+            for &half in &class {
+                let e = half as usize / 2;
+                if areas[e] > 0.0 {
+                    let part = if halved { 0.5 } else { 1.0 };
+                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least: false });
+                }
+            }
+            // Where nothing divides the sides one count for both halves will do.
+            let fresh = class.iter().any(|&half| self.parts[half as usize / 2][0] == NONE);
+            if run.weight <= 0.0 || !(halved || fresh) {
+                continue;
+            }
+            let piece = self.ideals.len() as u32;
+            for &half in &class {
+                let parts = &mut self.parts[half as usize / 2];
+                if halved {
+                    parts[half as usize % 2] = piece;
+                } else {
+                    *parts = [piece, NONE];
+                }
+            }
+            self.ideals.push((run.mean(), run.weight));
+        }
+        self.bound = vec![false; self.ideals.len()];
     }
 
     /// Fills in the patches of the quantisation.
     fn bind(&mut self) {
         let mut dummies = self.ideals.len() as u32;
-        for patch in self.patches {
+        for patch in self.patches.iter().filter(|patch| patch.template.is_none()) {
             let pieces: Vec<Vec<u32>> =
                 patch.sides().map(|side| side.iter().map(|&c| self.piece(c)).collect()).collect();
             let equal = |k: usize| pieces.len() == 4 && pieces[k] == pieces[k + 2] && pieces[k].len() == 1;
@@ -267,21 +366,29 @@ impl<'a> Sides<'a> {
             let weight = (area / (h * h) / ideal.max(0.5).powi(2)).clamp(1e-6, 1e6);
             layout.sub_sides.push(SubSide { ideal, fixed: None, weight });
         }
+        // The sides of a template have the counts that it can have.
+        for patch in self.patches {
+            let Some(template) = patch.template.map(|index| &self.templates[index]) else { continue };
+            let pieces: Vec<u32> = patch.border.iter().map(|&c| self.piece(c)).collect();
+            let wanted: Vec<f64> = pieces.iter().map(|&piece| layout.sub_sides[piece as usize].ideal).collect();
+            for (&piece, count) in pieces.iter().zip(template.pattern.nearest_counts(&wanted)) {
+                let fixed = &mut layout.sub_sides[piece as usize].fixed;
+                if fixed.is_some_and(|other| other != count) {
+                    return Err(TemplateError::DoesNotFit { edge: template.edge }.into());
+                }
+                *fixed = Some(count);
+            }
+        }
         layout.sub_sides.resize(used.max(self.ideals.len()), SubSide { ideal: 1.0, fixed: Some(1), weight: 1.0 });
         let options = quantise::Options { pattern_weight: PATTERN_WEIGHT, ..quantise::Options::default() };
-        let result = quantise_instantly(&layout, &options, &|| monitor.is_cancelled());
-        let mut counts = match result {
-            Ok(result) => result.counts,
-            Err(QuantiseError::Solve(error)) => return Err(error.into()),
-            Err(error) => return Err(error.into()),
-        };
+        let mut counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
         counts.truncate(self.ideals.len());
         Ok(counts)
     }
 
     /// Counts of the sides of a patch.
     fn sides_of(&self, patch: &Patch, counts: &[u32]) -> Vec<u32> {
-        patch.sides().map(|side| side.iter().map(|&c| counts[self.piece(c) as usize]).sum()).collect()
+        patch.sides().map(|side| side.iter().map(|&c| self.along(self.edge(c), counts)).sum()).collect()
     }
 
     /// Quads that the filled patches will have.
@@ -301,6 +408,10 @@ impl<'a> Sides<'a> {
         filler: &mut Filler,
     ) -> Result<f64, LayoutError> {
         let sides = self.sides_of(patch, counts);
+        if let Some(template) = patch.template.map(|index| &self.templates[index]) {
+            let filled = template.pattern.fill(&sides);
+            return Ok(filled.ok_or(TemplateError::DoesNotFit { edge: template.edge })?.quads.len() as f64);
+        }
         Ok(match sides[..] {
             [a, b, c, d] if a == c && b == d => f64::from(a) * f64::from(b),
             _ => filler.fill(&sides).map_err(|source| LayoutError::Fill { patch: index, source })?.quads.len() as f64,
@@ -319,11 +430,17 @@ impl<'a> Sides<'a> {
         let mut touched = vec![Vec::new(); counts.len()];
         for (index, patch) in self.patches.iter().enumerate() {
             for &corner in &patch.border {
-                let list: &mut Vec<usize> = &mut touched[self.piece(corner) as usize];
-                if list.last() != Some(&index) {
-                    list.push(index);
+                for &piece in self.parts[self.edge(corner) as usize].iter().filter(|&&piece| piece != NONE) {
+                    let list: &mut Vec<usize> = &mut touched[piece as usize];
+                    if list.last() != Some(&index) {
+                        list.push(index);
+                    }
                 }
             }
+        }
+        let mut held = vec![false; counts.len()];
+        for patch in self.patches.iter().filter(|patch| patch.template.is_some()) {
+            patch.border.iter().for_each(|&c| held[self.piece(c) as usize] = true);
         }
         let mut faces = self.faces(counts, filler)?;
         for _ in 0..MOST_CHANGES {
@@ -332,12 +449,12 @@ impl<'a> Sides<'a> {
                 break;
             }
             let mut best: Option<(f64, usize, u32, f64)> = None;
-            for piece in 0..counts.len() {
+            for piece in (0..counts.len()).filter(|&piece| !held[piece]) {
                 let step = if self.bound[piece] { 2 } else { 1 };
                 let old = counts[piece];
                 let new = if faces < target { old + step } else { old.saturating_sub(step) };
-                // The least count keeps every pattern possible.
-                if new < 2 || new == old {
+                // Two keep every pattern possible where pieces are not halves.
+                if new < step || new == old {
                     continue;
                 }
                 let list = &touched[piece];
@@ -371,7 +488,7 @@ impl<'a> Sides<'a> {
 /// Pairs of opposite sides of a four-sided patch that are one half-edge each.
 fn opposite(patch: &Patch) -> impl Iterator<Item = (u32, u32)> + '_ {
     let sides: Vec<&[u32]> = patch.sides().collect();
-    let pairs = if sides.len() == 4 { vec![(sides[0], sides[2]), (sides[1], sides[3])] } else { vec![] };
+    let pairs = if sides.len() == 4 && patch.template.is_none() { vec![(sides[0], sides[2]), (sides[1], sides[3])] } else { vec![] };
     pairs.into_iter().filter_map(|(a, b)| match (a, b) {
         (&[a], &[b]) => Some((a, b)),
         _ => None,
@@ -407,36 +524,74 @@ fn chords(links: &[Vec<u32>], areas: &[f64]) -> Vec<Chord> {
     chords
 }
 
-/// Splits a row of (weight, value) into runs: least sum of weighted squared deviations from the runs' means plus `price`
-/// for each split. Of a closed row also the ends may be split. Exact for open rows, O(n²); a closed row is opened at its widest gap.
-fn cut(terms: &[(f64, f64)], closed: bool, price: f64) -> Vec<Vec<usize>> {
+/// An edge that a chord crosses.
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    weight: f64,
+    value: f64,
+    /// Whether the value is the least that will do.
+    least: bool,
+}
+
+/// Sums over a run of terms that get one value.
+#[derive(Debug, Clone, Copy, Default)]
+struct Run {
+    weight: f64,
+    first: f64,
+    second: f64,
+    least: Option<f64>,
+}
+
+impl Run {
+    fn add(&mut self, term: &Term) {
+        self.weight += term.weight;
+        self.first += term.weight * term.value;
+        self.second += term.weight * term.value * term.value;
+        if term.least {
+            self.least = Some(self.least.map_or(term.value, |least| least.max(term.value)));
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        if self.weight > 0.0 { self.first / self.weight } else { 0.0 }
+    }
+
+    /// The mean, or the greatest of the least values where that is more.
+    fn value(&self) -> f64 {
+        self.least.map_or(self.mean(), |least| least.max(self.mean()))
+    }
+
+    /// The weighted squared deviations from it.
+    fn spread(&self) -> f64 {
+        let value = self.value();
+        (self.second - 2.0 * value * self.first + value * value * self.weight).max(0.0)
+    }
+}
+
+/// Splits a row into runs that get one value each: least sum of their spreads plus `price` for each split. A closed row
+/// may be split between its ends too. Exact for open rows, O(n²); a closed row is opened at its widest gap.
+fn cut(terms: &[Term], closed: bool, price: f64) -> Vec<Vec<usize>> {
     let n = terms.len();
     let turn = if closed {
-        let gap = |i: usize| (terms[i].1 - terms[(i + n - 1) % n].1).abs();
+        let gap = |i: usize| (terms[i].value - terms[(i + n - 1) % n].value).abs();
         (0..n).fold(0, |best, i| if gap(i) > gap(best) { i } else { best })
     } else {
         0
     };
     let order: Vec<usize> = (0..n).map(|i| (i + turn) % n).collect();
-    let mut sums = vec![(0.0, 0.0, 0.0)];
-    for &i in &order {
-        let ((w, value), (a, b, c)) = (terms[i], sums[sums.len() - 1]);
-        sums.push((a + w, b + w * value, c + w * value * value));
-    }
-    let spread = |from: usize, to: usize| {
-        let (a, b) = (sums[from], sums[to]);
-        let (w, first, second) = (b.0 - a.0, b.1 - a.1, b.2 - a.2);
-        if w > 0.0 { (second - first * first / w).max(0.0) } else { 0.0 }
-    };
-    let mut best = vec![(0.0, 0)];
+    let mut best: Vec<(f64, usize)> = vec![(0.0, 0)];
     for to in 1..=n {
-        let cost = |from: usize| {
+        let mut run = Run::default();
+        let mut found = (f64::INFINITY, 0);
+        for from in (0..to).rev() {
+            run.add(&terms[order[from]]);
             // Opening a closed row is a split too, unless it stays whole.
             let split = if from > 0 || (closed && to < n) { price } else { 0.0 };
-            best[from].0 + spread(from, to) + split
-        };
-        let from = (0..to).fold(0, |least, from| if cost(from) < cost(least) { from } else { least });
-        let found = (cost(from), from);
+            let cost = best[from].0 + run.spread() + split;
+            if cost < found.0 {
+                found = (cost, from);
+            }
+        }
         best.push(found);
     }
     let (mut runs, mut to) = (Vec::new(), n);

@@ -37,7 +37,7 @@ pub enum LayoutError {
     Template(#[from] TemplateError),
     /// No counts.
     #[error(transparent)]
-    Counts(#[from] QuantiseError),
+    Counts(QuantiseError),
     /// A patch has no filling.
     #[error("patch {patch} cannot be filled: {source}")]
     Fill {
@@ -80,5 +80,11 @@ impl From<SmoothError> for LayoutError {
 impl From<ImproveError> for LayoutError {
     fn from(error: ImproveError) -> Self {
         if let ImproveError::Cancelled(cancelled) = error { Self::Cancelled(cancelled) } else { Self::Improve(error) }
+    }
+}
+
+impl From<QuantiseError> for LayoutError {
+    fn from(error: QuantiseError) -> Self {
+        if let QuantiseError::Solve(error) = error { error.into() } else { Self::Counts(error) }
     }
 }

@@ -5,13 +5,17 @@
 //! no other.
 
 use crate::base::Base;
+use crate::division;
 use crate::error::LayoutError;
 use crate::measures::Measures;
 use crate::patch::Patch;
+use crate::rails::Rails;
+use crate::templates::{Chosen, TemplateError};
 use glam::DVec3;
 use mesh::Monitor;
 use quadrangulate::{DiskSurface, Filler, PatchTopology, PlaceError, place};
 use rayon::prelude::*;
+use surface::smooth_star::Polyline;
 
 /// What a vertex of the quads lies on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +38,8 @@ pub(crate) struct Filled {
     pub patch_of: Vec<u32>,
     /// Vertices along each base edge from its first end to its second; empty for edges inside patches.
     pub along: Vec<Vec<u32>>,
+    /// Vertices on bends of rails, which stay.
+    pub stays: Vec<bool>,
 }
 
 /// Fills all patches with the given counts along base edges.
@@ -44,21 +50,33 @@ pub(crate) fn fill(
     counts: &[u32],
     size: &[f64],
     topologies: &[PatchTopology],
+    rails: &Rails,
+    edge_length: f64,
     monitor: &Monitor,
 ) -> Result<Filled, LayoutError> {
     let mut filled = Filled::default();
+    let arcs = |e: u32| divide_evenly(base, &base.edges[e as usize].path, counts[e as usize], size);
+    let division = division::divide(base, rails, &arcs, edge_length);
     for (v, &at) in base.vertices.iter().enumerate() {
-        filled.positions.push(base.surface.positions[at as usize]);
+        filled.positions.push(division.of_vertex[v].unwrap_or(base.surface.positions[at as usize]));
+        filled.stays.push(division.vertex_stays[v]);
         filled.places.push(Place::Corner(v as u32));
     }
     for (e, (edge, &count)) in base.edges.iter().zip(counts).enumerate() {
         let mut along = Vec::new();
         if count > 0 {
             along.push(edge.ends[0]);
-            for p in divide(base, &edge.path, count, size) {
+            let inner = if rails.of_edge[e].is_some() {
+                division.of_edge[e].clone()
+            } else {
+                let line = Polyline::new(edge.path.iter().map(|&v| base.surface.positions[v as usize]).collect());
+                arcs(e as u32).into_iter().map(|arc| line.at(arc)).collect()
+            };
+            for (i, p) in inner.into_iter().enumerate() {
                 along.push(filled.positions.len() as u32);
                 filled.positions.push(p);
                 filled.places.push(Place::Edge(e as u32));
+                filled.stays.push(division.edge_stays[e].get(i).copied().unwrap_or(false));
             }
             along.push(edge.ends[1]);
         }
@@ -82,6 +100,7 @@ pub(crate) fn fill(
         names.extend((filled.positions.len() as u32..).take(inner.len()));
         filled.places.resize(filled.positions.len() + inner.len(), Place::Patch(index as u32));
         filled.positions.extend(inner);
+        filled.stays.resize(filled.positions.len(), false);
         filled.quads.extend(topology.quads.iter().map(|q| q.map(|v| names[v as usize])));
         filled.patch_of.resize(filled.quads.len(), index as u32);
     }
@@ -92,6 +111,7 @@ pub(crate) fn fill(
 pub(crate) fn topologies(
     base: &Base,
     patches: &[Patch],
+    templates: &[Chosen],
     counts: &[u32],
     monitor: &Monitor,
 ) -> Result<Vec<PatchTopology>, LayoutError> {
@@ -100,6 +120,11 @@ pub(crate) fn topologies(
     for (index, patch) in patches.iter().enumerate() {
         monitor.check()?;
         let sides = sides(base, patch, counts);
+        if let Some(template) = patch.template.map(|index| &templates[index]) {
+            let filled = template.pattern.fill(&sides);
+            all.push(filled.ok_or(TemplateError::DoesNotFit { edge: template.edge })?);
+            continue;
+        }
         all.push(filler.fill(&sides).map_err(|source| LayoutError::Fill { patch: index, source })?);
     }
     Ok(all)
@@ -111,13 +136,14 @@ pub(crate) fn sides(base: &Base, patch: &Patch, counts: &[u32]) -> Vec<u32> {
     patch.sides().map(|side| side.iter().map(count).sum()).collect()
 }
 
-/// The points that divide a path into `count` parts of equal arc length over relative size.
-fn divide(base: &Base, path: &[u32], count: u32, size: &[f64]) -> Vec<DVec3> {
+/// Arc lengths at which a path is divided into `count` parts of equal arc length over relative size.
+fn divide_evenly(base: &Base, path: &[u32], count: u32, size: &[f64]) -> Vec<f64> {
     let at = |v: u32| base.surface.positions[v as usize];
-    let mut passed = vec![0.0];
+    let (mut arc, mut passed) = (vec![0.0], vec![0.0]);
     for w in path.windows(2) {
-        let step = at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
-        passed.push(passed[passed.len() - 1] + step);
+        let length = at(w[0]).distance(at(w[1]));
+        arc.push(arc[arc.len() - 1] + length);
+        passed.push(passed[passed.len() - 1] + length / f64::midpoint(size[w[0] as usize], size[w[1] as usize]));
     }
     let total = passed[passed.len() - 1];
     (1..count)
@@ -126,7 +152,7 @@ fn divide(base: &Base, path: &[u32], count: u32, size: &[f64]) -> Vec<DVec3> {
             let k = passed.partition_point(|&p| p <= wanted).clamp(1, path.len() - 1);
             let span = passed[k] - passed[k - 1];
             let t = if span > 0.0 { (wanted - passed[k - 1]) / span } else { 0.0 };
-            at(path[k - 1]).lerp(at(path[k]), t)
+            arc[k - 1] + t * (arc[k] - arc[k - 1])
         })
         .collect()
 }

@@ -6,6 +6,7 @@ pub mod base;
 
 mod anneal;
 mod density;
+mod division;
 mod error;
 pub mod failure;
 mod fill;
@@ -31,6 +32,8 @@ pub use pairing::Pairing;
 pub use pipeline::{Options, retopologize};
 pub use quads::{FeatureEdge, LayoutOptions, LayoutReport, Quads, SourcePoint, quads_from_base};
 pub use sources::CornerSource;
+pub use templates::{Catalogue, Template, TemplateChoice, TemplateError};
+
 mod assemble;
 pub mod base_error;
 pub mod build;

@@ -14,11 +14,20 @@ use mesh::Monitor;
 use rayon::prelude::*;
 use solve::cholesky::Factor;
 use surface::smooth::{Constraint, Patch, SmoothOptions, SmoothReport, smooth_quads};
-use surface::smooth_star::{Polyline, Reference};
+use surface::smooth_star::{Polyline, Reference, quad_quality};
 
 /// Weight of the foot point of a free vertex, and of one on a rail, beside 1 for each quad.
 const HOLD: f64 = 0.1;
-const HOLD_ON_RAIL: f64 = 0.3;
+const HOLD_ON_RAIL: f64 = 3.0;
+
+/// Quality below which no quad gets by the pull.
+const FLOOR: f64 = 0.4;
+/// Sweeps of the barrier energy before the pull.
+const UNTANGLING_SWEEPS: usize = 3;
+/// Share of the way from a quad's area to the wanted one, in logarithms, and the most its sides are stretched for it. Without
+/// such a pull quads slip off fingertips, and rows bunch up.
+const AREA_PULL: f64 = 0.4;
+const MOST_SCALE: f64 = 1.5;
 
 /// Quads, and what they must keep to.
 pub(crate) struct Shape<'a> {
@@ -28,6 +37,8 @@ pub(crate) struct Shape<'a> {
     pub constraints: &'a [Constraint],
     pub lines: &'a [Polyline],
     pub charts: &'a [Chart],
+    /// Wanted edge length at each vertex, scene units.
+    pub lengths: &'a [f64],
 }
 
 /// Moves `positions` in place. `rounds` of the rectangles' pull, about 5 ms each for 4,000 quads, then the barrier energy.
@@ -38,7 +49,6 @@ pub(crate) fn optimise(
     smooth: &SmoothOptions,
     monitor: &Monitor,
 ) -> Result<SmoothReport, LayoutError> {
-    square_up(shape, positions, rounds, monitor)?;
     let surfaces: Vec<&dyn Reference> = shape.charts.iter().map(|chart| chart as &dyn Reference).collect();
     let patch = Patch {
         quads: shape.quads,
@@ -47,6 +57,11 @@ pub(crate) fn optimise(
         chains: shape.lines,
         surfaces: &surfaces,
     };
+    if rounds > 0 {
+        // The pull keeps quads valid that are, so that they must be made so first.
+        smooth_quads(patch, positions, &SmoothOptions { sweeps: UNTANGLING_SWEEPS, ..*smooth }, monitor)?;
+        square_up(shape, positions, rounds, monitor)?;
+    }
     Ok(smooth_quads(patch, positions, smooth, monitor)?)
 }
 
@@ -60,7 +75,7 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
     unknown.iter().enumerate().for_each(|(i, &v)| slot[v] = i);
     let hold: Vec<f64> = unknown
         .iter()
-        .map(|&v| if shape.constraints[v] == Constraint::Free { HOLD } else { HOLD_ON_RAIL })
+        .map(|&v| if shape.constraints[v] == Constraint::Free { ev("HOLD",HOLD) } else { ev("RAIL",HOLD_ON_RAIL) })
         .collect();
     let mut chart = vec![0; positions.len()];
     for (quad, &c) in shape.quads.iter().zip(shape.chart_of) {
@@ -79,12 +94,17 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
         }
     }
     let factor = Factor::new(unknown.len(), &triplets)?;
+    let mut around = vec![Vec::new(); positions.len()];
+    for (q, quad) in shape.quads.iter().enumerate() {
+        quad.iter().for_each(|&v| around[v as usize].push(q as u32));
+    }
     for _ in 0..rounds {
         monitor.check()?;
         let mut right: Vec<DVec3> = unknown.iter().zip(&hold).map(|(&v, &w)| positions[v] * w).collect();
         for quad in shape.quads {
             let p = quad.map(|v| positions[v as usize]);
-            let targets = rectangle(p);
+            let wanted = quad.iter().map(|&v| shape.lengths[v as usize]).sum::<f64>() / 4.0;
+            let targets = rectangle(p, wanted);
             for (i, &a) in quad.iter().enumerate() {
                 if slot[a as usize] == usize::MAX {
                     continue;
@@ -115,18 +135,50 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
                 }
             })
             .collect();
-        unknown.iter().zip(feet).for_each(|(&v, foot)| positions[v] = foot);
+        advance(shape, &around, &unknown, &feet, positions);
     }
     Ok(())
 }
 
-/// The corners, relative to their mean, of the rectangle nearest to a quad: its mean edges, turned until they are square.
-fn rectangle(p: [DVec3; 4]) -> [DVec3; 4] {
+/// Moves vertices one after another towards their feet: as far as no quad around gets worse than [`FLOOR`] or, where it
+/// is worse, than it is.
+fn advance(shape: &Shape<'_>, around: &[Vec<u32>], unknown: &[usize], feet: &[DVec3], positions: &mut [DVec3]) {
+    let normal = |quad: &[u32; 4], positions: &[DVec3]| {
+        let p = quad.map(|v| positions[v as usize]);
+        (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero()
+    };
+    let normals: Vec<DVec3> = shape.quads.iter().map(|quad| normal(quad, positions)).collect();
+    for (&v, &foot) in unknown.iter().zip(feet) {
+        let worst = |positions: &[DVec3]| {
+            let quality = |&q: &u32| {
+                quad_quality(shape.quads[q as usize].map(|v| positions[v as usize]), normals[q as usize])
+            };
+            around[v].iter().map(quality).fold(f64::INFINITY, f64::min)
+        };
+        let start = positions[v];
+        let bound = worst(positions).min(FLOOR);
+        for part in [1.0, 0.5, 0.25] {
+            positions[v] = start.lerp(foot, part);
+            if worst(positions) >= bound {
+                break;
+            }
+            positions[v] = start;
+        }
+    }
+}
+
+/// The corners, relative to their mean, of the rectangle nearest to a quad: its mean edges, turned until they are square,
+/// and brought nearer to the area of a square of the wanted edge length.
+fn rectangle(p: [DVec3; 4], wanted: f64) -> [DVec3; 4] {
     let u = (p[1] - p[0] + p[2] - p[3]) / 2.0;
     let v = (p[3] - p[0] + p[2] - p[1]) / 2.0;
     let (a, b) = (u.normalize_or_zero(), v.normalize_or_zero());
     // The bisectors of two directions are square to one another; the sides lie halfway between them.
     let (sum, difference) = ((a + b).normalize_or_zero(), (a - b).normalize_or_zero());
-    let (a, b) = ((sum + difference) * (0.5_f64.sqrt() * u.length()), (sum - difference) * (0.5_f64.sqrt() * v.length()));
+    let scale = (wanted * wanted / (u.length() * v.length()).max(f64::MIN_POSITIVE)).powf(ev("AREA", AREA_PULL) / 2.0);
+    let scale = scale.clamp(1.0 / MOST_SCALE, MOST_SCALE) * 0.5_f64.sqrt();
+    let (a, b) = ((sum + difference) * (scale * u.length()), (sum - difference) * (scale * v.length()));
     [(-a - b) / 2.0, (a - b) / 2.0, (a + b) / 2.0, (b - a) / 2.0]
 }
+
+fn ev(n: &str, d: f64) -> f64 { std::env::var(n).map_or(d, |t| t.parse().unwrap()) }

@@ -57,14 +57,19 @@ const FOLD_WEIGHT: f64 = 1.0;
 /// Weight of the squared logarithm of the ratio of opposite sides.
 const RATIO_WEIGHT: f64 = 0.4;
 
+/// How far a sector of features may fall short of a whole number of right angles and still need as many quads: 27 degrees.
+const STRAIGHT: f64 = 0.3;
 /// Patches that cost more than this are never worth it: lone triangles do not.
 const MOST_COST: f64 = 1.8;
 
-/// Patches that hold every base triangle once.
+/// Patches that hold every base triangle once; without `straight_corners` every side is one base edge, and
+/// `forced` pairs of triangles are patches.
 pub(crate) fn pair(
     base: &Base,
     measures: &Measures,
     pairing: Pairing,
+    straight_corners: bool,
+    forced: &[[u32; 2]],
     monitor: &Monitor,
 ) -> Result<Vec<Patch>, LayoutError> {
     match pairing {
@@ -75,15 +80,20 @@ pub(crate) fn pair(
             if !(0.0..=1.0).contains(&mu) {
                 return Err(LayoutError::BadOption { option: "mu", expected: "from 0 to 1" });
             }
-            matching(base, measures, lambda, mu, monitor)
+            matching(base, measures, lambda, mu, forced, monitor)
         }
         Pairing::Programme { most_triangles } => {
             if !(2..=3).contains(&most_triangles) {
                 return Err(LayoutError::BadOption { option: "most_triangles", expected: "2 or 3" });
             }
-            programme(base, measures, most_triangles, monitor)
+            programme(base, measures, most_triangles, straight_corners, forced, monitor)
         }
     }
+}
+
+/// Whether a group of triangles, ascending, keeps forced pairs whole and by themselves.
+fn allowed(group: &[u32], forced: &[[u32; 2]]) -> bool {
+    forced.iter().all(|pair| !pair.iter().any(|t| group.contains(t)) || (group.len() == 2 && pair.iter().all(|t| group.contains(t))))
 }
 
 /// Half-edges, one for each base edge that may go and lies between two triangles.
@@ -112,6 +122,7 @@ fn matching(
     measures: &Measures,
     lambda: f64,
     mu: f64,
+    forced: &[[u32; 2]],
     monitor: &Monitor,
 ) -> Result<Vec<Patch>, LayoutError> {
     let count = base.triangles.len();
@@ -119,7 +130,7 @@ fn matching(
     let mut edges = Vec::new();
     for h in removable(base, measures) {
         let pair = [h / 3, measures.twins[h as usize] / 3];
-        if let Some(rim) = Rim::new(base, measures, &pair) {
+        if let Some(rim) = Rim::new(base, measures, &pair).filter(|_| allowed(&pair, forced)) {
             let good = mu * orthogonality(measures, &rim) + (1.0 - mu) * planarity(measures, pair[0], pair[1]);
             let weight = (-lambda * (1.0 - good)).exp();
             edges.push((pair[0], pair[1], (weight * scale) as i32));
@@ -145,7 +156,14 @@ fn matching(
 }
 
 /// All candidates, those of one triangle without straight corners first, in order.
-fn candidates(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<(Patch, Choice)>, LayoutError> {
+fn candidates(
+    base: &Base,
+    measures: &Measures,
+    most: usize,
+    straight_corners: bool,
+    forced: &[[u32; 2]],
+    monitor: &Monitor,
+) -> Result<Vec<(Patch, Choice)>, LayoutError> {
     let mut groups: BTreeSet<(usize, Vec<u32>)> = (0..base.triangles.len() as u32).map(|t| (1, vec![t])).collect();
     let rail = |h: u32| measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
     let mut last: Vec<Vec<u32>> = groups.iter().map(|(_, group)| group.clone()).collect();
@@ -168,10 +186,17 @@ fn candidates(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) 
     }
     let mut found = Vec::new();
     for (_, group) in &groups {
+        if !allowed(group, forced) {
+            continue;
+        }
         if let Some(rim) = Rim::new(base, measures, group) {
             let single = group.len() == 1;
             let useful = |(patch, choice): &(Patch, Choice)| {
-                choice.cost <= MOST_COST || (single && patch.corners.len() == 3)
+                let has_straight = patch.corners.len() < patch.border.len();
+                if forced.iter().any(|pair| pair.contains(&group[0])) {
+                    return !has_straight;
+                }
+                (choice.cost <= MOST_COST && (straight_corners || !has_straight)) || (single && !has_straight)
             };
             found.extend(variants(base, measures, &rim, group).into_iter().filter(useful));
         }
@@ -230,8 +255,15 @@ fn edge_length(base: &Base, h: u32) -> f64 {
     path.windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
-fn programme(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -> Result<Vec<Patch>, LayoutError> {
-    let (mut patches, choices): (Vec<Patch>, Vec<Choice>) = candidates(base, measures, most, monitor)?.into_iter().unzip();
+fn programme(
+    base: &Base,
+    measures: &Measures,
+    most: usize,
+    straight_corners: bool,
+    forced: &[[u32; 2]],
+    monitor: &Monitor,
+) -> Result<Vec<Patch>, LayoutError> {
+    let (mut patches, choices): (Vec<Patch>, Vec<Choice>) = candidates(base, measures, most, straight_corners, forced, monitor)?.into_iter().unzip();
     let mut on_border = vec![false; base.vertices.len()];
     let mut neighbours = vec![Vec::new(); base.triangles.len()];
     for (h, &twin) in measures.twins.iter().enumerate() {
@@ -245,14 +277,21 @@ fn programme(base: &Base, measures: &Measures, most: usize, monitor: &Monitor) -
     }
     let goal = |sector: &Sector| {
         // Two quads alone at a vertex would share two edges.
-        let least = if on_border[sector.vertex as usize] { 1 } else { 3 };
-        Goal { vertex: sector.vertex, ideal: sector.ideal, least }
+        let least_at_vertex = if on_border[sector.vertex as usize] { 1 } else { 3 };
+        // A quad with a straight corner between features stays flat there, whatever moves.
+        let least = (sector.ideal + STRAIGHT).floor().max(1.0) as i32;
+        Goal { vertex: sector.vertex, ideal: sector.ideal, least, least_at_vertex }
     };
     let goals: Vec<Goal> = measures.sectors.iter().map(goal).collect();
     // Each triangle by itself is always a way.
     let start: Vec<u32> = (0..choices.len() as u32)
-        .filter(|&c| choices[c as usize].triangles.len() == 1 && patches[c as usize].corners.len() == 3)
+        .filter(|&c| {
+            let Choice { triangles, .. } = &choices[c as usize];
+            let whole = patches[c as usize].corners.len() == patches[c as usize].border.len();
+            let is_forced = forced.iter().any(|pair| pair.contains(&triangles[0]));
+            whole && triangles.len() == if is_forced { 2 } else { 1 }
+        })
         .collect();
     let taken = anneal::choose(&choices, base.triangles.len(), &neighbours, &goals, &start, monitor)?;
-    Ok(taken.into_iter().map(|c| std::mem::replace(&mut patches[c as usize], Patch { triangles: vec![], border: vec![], corners: vec![] })).collect())
+    Ok(taken.into_iter().map(|c| std::mem::take(&mut patches[c as usize])).collect())
 }

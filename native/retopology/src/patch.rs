@@ -5,7 +5,7 @@ use crate::measures::{Corner, Measures, next};
 use mesh::NONE;
 
 /// A disk of base triangles that is filled as one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Patch {
     /// Its base triangles, ascending.
     pub triangles: Vec<u32>,
@@ -13,6 +13,8 @@ pub(crate) struct Patch {
     pub border: Vec<Corner>,
     /// Where sides start: rising indices into `border`, the first 0. At a border vertex that starts no side two quads meet.
     pub corners: Vec<usize>,
+    /// Its template among those chosen, if it has one.
+    pub template: Option<usize>,
 }
 
 /// The rim of a few base triangles.
@@ -66,11 +68,21 @@ impl Rim {
         border.rotate_left(first);
         let mut triangles = triangles.to_vec();
         triangles.sort_unstable();
-        Patch { triangles, border, corners: corners.iter().map(|c| c - first).collect() }
+        Patch { triangles, border, corners: corners.iter().map(|c| c - first).collect(), template: None }
     }
 }
 
 impl Patch {
+    /// The same patch, with sides counted from another corner.
+    pub fn turned(mut self, from: usize) -> Self {
+        let start = self.corners[from % self.corners.len()];
+        let count = self.border.len();
+        self.border.rotate_left(start);
+        self.corners = self.corners.iter().map(|c| (c + count - start) % count).collect();
+        self.corners.sort_unstable();
+        self
+    }
+
     /// The half-edges of each side.
     pub fn sides(&self) -> impl Iterator<Item = &[Corner]> {
         (0..self.corners.len()).map(|i| {

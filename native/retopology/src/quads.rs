@@ -9,8 +9,10 @@ use crate::optimise::{Shape, optimise};
 use crate::pairing::{Pairing, pair};
 use crate::rails::Rails;
 use crate::surfaces::{Chart, charts};
+use crate::templates::{self, Catalogue, TemplateChoice};
 use mesh::{Monitor, NONE, PolygonMesh, TriangleMesh};
 use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
+use std::collections::BTreeMap;
 use std::time::Instant;
 use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::Reference;
@@ -27,6 +29,10 @@ pub struct LayoutOptions {
     /// What a patch of unequal opposite sides costs, in quads stretched by a factor e: low for even sizes, infinite for the
     /// coarsest layout. Above 0. Default 20.
     pub irregularity: f64,
+    /// Templates to choose from. Default: the built-in ones.
+    pub catalogue: Catalogue,
+    /// Templates chosen, by the base edge between the two triangles of a pair; such pairs are always patches. Default: none.
+    pub templates: BTreeMap<u32, TemplateChoice>,
     /// Rounds of the rectangles' pull. Default 30.
     pub rounds: usize,
     /// Whether a topological search takes out irregular vertices away from features. Default: no, it undoes the layout.
@@ -40,6 +46,8 @@ impl Default for LayoutOptions {
             density: Vec::new(),
             pairing: Pairing::default(),
             irregularity: 20.0,
+            catalogue: Catalogue::default(),
+            templates: BTreeMap::new(),
             rounds: 30,
             improve: false,
         }
@@ -127,25 +135,48 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
     }
     let size = density::spread(base, &options.density)?;
-    let patches = pair(base, &measures, options.pairing, monitor)?;
+    let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
+    let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
+    let mut patches = pair(base, &measures, options.pairing, options.irregularity.is_finite(), &forced, monitor)?;
+    for patch in &mut patches {
+        if let Some(index) = forced.iter().position(|pair| patch.triangles == *pair) {
+            *patch = templates[index].orient(base, std::mem::take(patch), index);
+        }
+    }
     clock.stop("pairing");
 
     monitor.stage("density", 0.2)?;
-    let counts = density::count(base, &measures, &patches, &size, options.size, options.irregularity, monitor)?;
+    let counts = density::count(base, &measures, &patches, &templates, &size, options.size, options.irregularity, monitor)?;
     clock.stop("density");
 
     monitor.stage("fill", 0.4)?;
-    let topologies = fill::topologies(base, &patches, &counts.of_edge, monitor)?;
-    let filled = fill::fill(base, &measures, &patches, &counts.of_edge, &size, &topologies, monitor)?;
+    let topologies = fill::topologies(base, &patches, &templates, &counts.of_edge, monitor)?;
+    let rails = Rails::new(base, &measures);
+    let filled = fill::fill(
+        base,
+        &measures,
+        &patches,
+        &counts.of_edge,
+        &size,
+        &topologies,
+        &rails,
+        counts.edge_length,
+        monitor,
+    )?;
     clock.stop("fill");
 
     monitor.stage("optimise", 0.6)?;
     let (charts, chart_of) = charts(base, &measures);
-    let rails = Rails::new(base, &measures);
     let chart_of_quad: Vec<u32> =
         filled.patch_of.iter().map(|&p| chart_of[patches[p as usize].triangles[0] as usize]).collect();
-    let constraints: Vec<Constraint> = filled.places.iter().map(|&place| constraint(place, &rails)).collect();
+    let constraints: Vec<Constraint> = filled
+        .places
+        .iter()
+        .zip(&filled.stays)
+        .map(|(&place, &stays)| if stays { Constraint::Fixed } else { constraint(place, &rails) })
+        .collect();
     let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
+    let lengths = vec![counts.edge_length; work.filled.positions.len()];
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
     let shape = Shape {
         quads: &work.filled.quads,
@@ -153,6 +184,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         constraints: &work.constraints,
         lines: &rails.lines,
         charts: &charts,
+        lengths: &lengths,
     };
     let mut inverted = optimise(&shape, &mut work.filled.positions, options.rounds, &smooth, monitor)?.inverted;
     clock.stop("optimise");

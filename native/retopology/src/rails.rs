@@ -18,8 +18,20 @@ pub(crate) struct Rails {
     pub of_edge: Vec<Option<u32>>,
     /// Line that each base vertex slides along; `None` for those on no rail and for corners.
     pub of_vertex: Vec<Option<u32>>,
+    /// The base edges of each line in order.
+    pub steps: Vec<Vec<Step>>,
     /// Base vertices that stay where they are: ends, junctions and bends of rails.
     pub corner: Vec<bool>,
+}
+
+/// A base edge on a line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Step {
+    pub edge: u32,
+    /// Whether the line runs along it from its first end to its second.
+    pub forward: bool,
+    /// The base vertex it leads to.
+    pub to: u32,
 }
 
 impl Rails {
@@ -42,7 +54,7 @@ impl Rails {
             })
             .collect();
         let mut rails =
-            Self { lines: vec![], of_edge: vec![None; base.edges.len()], of_vertex: vec![None; count], corner };
+            Self { lines: vec![], steps: vec![], of_edge: vec![None; base.edges.len()], of_vertex: vec![None; count], corner };
         // From corners first; what is left are closed lines without one.
         for from_corners in [true, false] {
             for v in 0..count as u32 {
@@ -63,11 +75,13 @@ impl Rails {
     fn follow(&mut self, base: &Base, around: &[Vec<u32>], start: u32, edge: u32) {
         let line = self.lines.len() as u32;
         let (mut at, mut edge) = (start, Some(edge));
+        let mut steps = Vec::new();
         let mut points = vec![base.surface.positions[base.vertices[start as usize] as usize]];
         while let Some(e) = edge {
             self.of_edge[e as usize] = Some(line);
             let BaseWalk { to, path } = walk(base, e, at);
             points.extend(path[1..].iter().map(|&v| base.surface.positions[v as usize]));
+            steps.push(Step { edge: e, forward: base.edges[e as usize].ends[0] == at, to });
             at = to;
             if self.corner[at as usize] {
                 break;
@@ -76,6 +90,7 @@ impl Rails {
             edge = around[at as usize].iter().copied().find(|&e| self.of_edge[e as usize].is_none());
         }
         self.lines.push(Polyline::new(points));
+        self.steps.push(steps);
     }
 }
 
