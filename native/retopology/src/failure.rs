@@ -39,11 +39,20 @@ pub enum RetopologizeError {
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     /// A promise of this crate does not hold: a bug.
-    #[error("{sentence}; please report it with the mesh")]
+    #[error("{sentence}")]
     Internal {
-        /// What failed.
+        /// What failed, and a plea to report it.
         sentence: String,
     },
+}
+
+impl RetopologizeError {
+    /// A promise that does not hold.
+    pub(crate) fn bug(what: &str) -> Self {
+        // Errors of the stages say so themselves, or know no better.
+        let plea = if what.contains("please report") { "" } else { "; please report it with the mesh" };
+        Self::Internal { sentence: format!("{what}{plea}") }
+    }
 }
 
 impl From<RetopologyError> for RetopologizeError {
@@ -52,7 +61,7 @@ impl From<RetopologyError> for RetopologizeError {
             RetopologyError::Cancelled(cancelled) => Self::Cancelled(cancelled),
             RetopologyError::BadOption { .. } => Self::Option(error.to_string()),
             // The mesh and its features were looked at before.
-            _ => Self::Internal { sentence: format!("no base triangulation: {error}") },
+            _ => Self::bug(&format!("no base triangulation: {error}")),
         }
     }
 }
@@ -62,7 +71,7 @@ impl From<LayoutError> for RetopologizeError {
         match error {
             LayoutError::Cancelled(cancelled) => Self::Cancelled(cancelled),
             LayoutError::BadOption { .. } => Self::Option(error.to_string()),
-            _ => Self::Internal { sentence: format!("no quads: {error}") },
+            _ => Self::bug(&format!("no quads: {error}")),
         }
     }
 }

@@ -120,7 +120,7 @@ pub fn retopologize(
     let chains = input_chains(&built, input.mesh.positions.len());
     let under = nearest_edges(&quads, &chains, &input.mesh.positions, monitor)?;
     if under.contains(&[NONE; 2]) {
-        return Err(RetopologizeError::Internal { sentence: "a feature edge of the quads lies on no feature".into() });
+        return Err(RetopologizeError::bug("a feature edge of the quads lies on no feature"));
     }
     let feature_edges: Vec<OutputFeature> = quads
         .feature_edges
@@ -241,7 +241,7 @@ fn base_mesh(base: &Base, mesh: &PolygonMesh, placement: Placement) -> Result<Po
         exact.unwrap_or_else(|| placement.to_scene(base.surface.positions[s as usize]))
     };
     PolygonMesh::from_polygons(base.vertices.iter().map(at).collect(), &base.triangles)
-        .map_err(|error| RetopologizeError::Internal { sentence: format!("the base triangulation is no mesh: {error}") })
+        .map_err(|error| RetopologizeError::bug(&format!("the base triangulation is no mesh: {error}")))
 }
 
 fn base_paths(base: &Base, placement: Placement) -> Vec<BasePath> {
@@ -338,7 +338,8 @@ fn measure_features(
 fn warnings(report: &Report, detected: bool) -> Vec<String> {
     let mut said = Vec::new();
     if report.inverted > 0 {
-        said.push(format!("{} quads are turned over: the surface leaves no room there for quads of this size", report.inverted));
+        let quads = if report.inverted == 1 { "1 quad is" } else { &format!("{} quads are", report.inverted) };
+        said.push(format!("{quads} turned over: the surface leaves no room there for quads of this size"));
     }
     if let Some(target) = report.target
         && (report.faces as f64 / target as f64 - 1.0).abs() > NEAR_TARGET
