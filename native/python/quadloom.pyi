@@ -224,8 +224,11 @@ class RetopologyResult:
     def base(self) -> Mesh:
         """The base triangulation, with straight edges."""
     @property
+    def base_edges(self) -> _Indices:
+        """(B, 2) the edges of `base`, as vertex pairs."""
+    @property
     def base_paths(self) -> list[_Floats]:
-        """The B edges of `base` as they lie on the surface: (N, 3) points each."""
+        """Those edges as they lie on the surface: (N, 3) points each, from first to second vertex."""
     @property
     def base_chain(self) -> _Indices:
         """(B,) the feature chain that each of `base_paths` lies on, -1 for none."""

@@ -21,7 +21,9 @@ pub struct RetopologyResult {
     mesh: Py<Mesh>,
     /// The base triangulation, with straight edges.
     base: Py<Mesh>,
-    /// The B edges of `base` as they lie on the surface: a list of B (N, 3) float64 arrays of points.
+    /// (B, 2) int32: the edges of `base`, as vertex pairs.
+    base_edges: Py<PyArray2<i32>>,
+    /// Those edges as they lie on the surface: a list of B (N, 3) float64 arrays of points, from first to second vertex.
     base_paths: Vec<Py<PyArray2<f64>>>,
     /// (B,) int32: the feature chain that each of `base_paths` lies on, -1 for none.
     base_chain: Py<PyArray1<i32>>,
@@ -179,6 +181,7 @@ fn to_result(py: Python<'_>, output: Output) -> PyResult<RetopologyResult> {
     Ok(RetopologyResult {
         mesh: Py::new(py, Mesh::from(output.mesh))?,
         base: Py::new(py, Mesh::from(output.base))?,
+        base_edges: arrays::index_pairs(py, &output.base_paths.iter().map(|base| base.ends).collect::<Vec<_>>())?.unbind(),
         base_paths: output.base_paths.iter().map(|base| path(&base.points)).collect::<PyResult<_>>()?,
         base_chain: PyArray1::from_iter(py, output.base_paths.iter().map(|base| chain(base.chain))).unbind(),
         feature_edges: arrays::index_pairs(py, &edges)?.unbind(),
