@@ -2,7 +2,7 @@
 
 use crate::CornerSource;
 use crate::Operation;
-use crate::fill::Under;
+use crate::fill::Region;
 use crate::intersect::Input;
 use crate::stitch::Stitched;
 use mesh::{DVec3, NONE};
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 pub fn corner_sources(
     inputs: &[Input<'_>; 2],
     operation: Operation,
-    under: &[Under],
+    regions: &[Region],
     stitched: &Stitched,
 ) -> Vec<CornerSource> {
     (0..stitched.mesh.face_count())
@@ -27,7 +27,7 @@ pub fn corner_sources(
                         .mesh
                         .face_points(f)
                         .map(|p| {
-                            let (point, source) = under[r].source_at(p);
+                            let (point, source) = regions[r].under.source_at(p);
                             interpolate(&inputs[source.mesh as usize], source.mesh, source.triangle, point)
                         })
                         .collect()

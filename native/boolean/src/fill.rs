@@ -135,6 +135,27 @@ pub enum Declined {
     Cancelled(#[from] Cancelled),
 }
 
+/// Regions with their fills, as the fillers left them.
+#[derive(Debug)]
+pub struct Filled {
+    /// The regions.
+    pub regions: Vec<Region>,
+    /// A fill for each.
+    pub fills: Vec<Fill>,
+    /// Who was asked for them.
+    pub filler: Filler,
+    /// How each was found.
+    pub reports: Vec<RegionReport>,
+}
+
+impl Filled {
+    /// The fill of a region that is exactly one of these, wherever it lies in the band's numbering.
+    fn find(&self, region: &Region) -> Option<(Fill, RegionReport)> {
+        let k = self.regions.iter().position(|known| known.is_filled_like(region))?;
+        Some((self.fills[k].clone(), self.reports[k].clone()))
+    }
+}
+
 /// Regions that no filler could take.
 #[derive(Debug)]
 pub struct Unfilled {
@@ -200,6 +221,17 @@ impl Region {
             surface: cut_out,
             under,
         }
+    }
+
+    /// True when the fillers would do the same with both.
+    fn is_filled_like(&self, other: &Self) -> bool {
+        self.surface == other.surface
+            && self.rim_count == other.rim_count
+            && self.loops == other.loops
+            && self.inner_lines == other.inner_lines
+            && self.line_edges == other.line_edges
+            && self.outside == other.outside
+            && self.size == other.size
     }
 
     /// Checks that a fill has this region's rim as its border, once round, and is a manifold of the same topology.
@@ -271,21 +303,26 @@ const GOOD_SCORE: f64 = 1.2;
 /// A fill of more quads than this is not tried with smaller ones.
 const MOST_REFINED: usize = 1500;
 
-/// Fills every region with the chosen filler, or with each that can take it until one is good, and keeps the best. Regions are filled in
-/// parallel; the result does not depend on the order.
+/// Fills every region with the chosen filler, or with each that can take it until one is good, and keeps the best. A region
+/// that is one of the regions `before` gets the fill it got then. Regions are filled in parallel; the result does not depend
+/// on the order.
 ///
 /// # Errors
 /// [`Unfilled`] when regions get no valid fill, with the reason of the first.
 pub fn fill_all(
     regions: &[Region],
+    before: Option<&Filled>,
     filler: Filler,
     alpha: f64,
     diagonal: f64,
     monitor: &Monitor,
 ) -> Result<(Vec<Fill>, Vec<RegionReport>), Unfilled> {
+    let known = |region: &Region| before.filter(|known| known.filler == filler)?.find(region);
     // All are waited for: which one fails first would depend on the threads.
-    let filled: Vec<Result<(Fill, RegionReport), Declined>> =
-        regions.par_iter().map(|region| fill_region(region, filler, alpha, diagonal, monitor)).collect();
+    let filled: Vec<Result<(Fill, RegionReport), Declined>> = regions
+        .par_iter()
+        .map(|region| known(region).map_or_else(|| fill_region(region, filler, alpha, diagonal, monitor), Ok))
+        .collect();
     let failed: Vec<u32> = (0..regions.len() as u32).filter(|&r| filled[r as usize].is_err()).collect();
     let filled: Result<Vec<(Fill, RegionReport)>, Declined> = filled.into_iter().collect();
     filled.map(|filled| filled.into_iter().unzip()).map_err(|reason| Unfilled { regions: failed, reason })
@@ -370,3 +407,7 @@ fn fill_with(region: &Region, kind: Filler, shrink: f64, alpha: f64, monitor: &M
     region.verify(&fill).map_err(Declined::Because)?;
     Ok(fill)
 }
+
+#[cfg(test)]
+#[path = "fill/fill_tests.rs"]
+mod tests;

@@ -4,30 +4,57 @@
 use crate::attributes::corner_sources;
 use crate::band;
 use crate::blend::blend;
-use crate::fill::{self, Declined, Under, Unfilled};
+use crate::fill::{self, Declined, Filled, Unfilled};
 use crate::intersect::{Cut, Input, intersect};
 use crate::plan::{self, OddRegions};
-use crate::polychord::{Strips, odd_borders};
+use crate::polychord::{Strips, borders};
 use crate::resample::resample;
 use crate::retract::retract;
 use crate::stitch::{Stitched, stitch};
 use crate::unique_edges::make_edges_unique;
 use crate::validate::{Verdict, validate};
-use crate::{BooleanError, Elements, Filler, Operation, Options, Output, RegionReport, Report, inspect};
+use crate::{BooleanError, Elements, Filler, Operation, Options, Output, Report, inspect};
 use mesh::{DVec3, Monitor, PolygonMesh};
 use solve::components::connected_components;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Attempts after the first that are made for the shape alone.
-const TRIES_FOR_SHAPE: usize = 2;
+const TRIES_FOR_SHAPE: usize = 3;
 
-/// What is varied when validation fails: edge length on the lines and in the band, width of the band, filler.
-#[derive(Debug, Clone, Copy)]
+/// Attempts that only make the quads smaller where the one before failed.
+const LOCAL_TRIES: usize = 1;
+
+/// More faults than this are not local.
+const MOST_SPOTS: usize = 20;
+
+/// What is varied when validation fails: edge length on the lines and in the band, everywhere or about some spots, width of
+/// the band, filler.
+#[derive(Debug, Clone)]
 struct Attempt {
     scale: f64,
     distance: f64,
     filler: Filler,
+    spots: Vec<DVec3>,
+}
+
+impl Attempt {
+    /// The caller's settings.
+    fn first(options: &Options) -> Self {
+        Self { scale: 1.0, distance: options.retraction_distance, filler: options.filler, spots: vec![] }
+    }
+
+    /// The attempts that are made one after another when local ones do not help.
+    fn others(options: &Options) -> Vec<Self> {
+        let first = Self::first(options);
+        let wider = Self { distance: first.distance + 1.0, ..first.clone() };
+        let mut list: Vec<Self> = [0.75, 0.5].map(|scale| Self { scale, ..first.clone() }).to_vec();
+        list.extend([1.0, 0.6].map(|scale| Self { scale, ..wider.clone() }));
+        if first.filler == Filler::Auto {
+            list.push(Self { scale: 0.6, filler: Filler::Matching, ..first });
+        }
+        list
+    }
 }
 
 /// Boolean of two closed, manifold, pure-quad meshes that keeps every quad the cut does not touch.
@@ -117,52 +144,54 @@ struct Job<'a> {
 }
 
 struct Done {
-    under: Vec<Under>,
+    filled: Filled,
     stitched: Stitched,
     lines: Vec<[u32; 2]>,
-    regions: Vec<RegionReport>,
     verdict: Verdict,
 }
 
 impl Job<'_> {
-    fn attempts(&self) -> Vec<Attempt> {
-        let (distance, filler) = (self.options.retraction_distance, self.options.filler);
-        let mut list: Vec<Attempt> = [1.0, 0.75, 0.5].map(|scale| Attempt { scale, distance, filler }).to_vec();
-        list.extend([1.0, 0.6].map(|scale| Attempt { scale, distance: distance + 1.0, filler }));
-        if filler == Filler::Auto {
-            list.push(Attempt { scale: 0.6, distance, filler: Filler::Matching });
-        }
-        list
-    }
-
     fn run(&mut self) -> Result<Done, BooleanError> {
         let mut best: Option<Done> = None;
         // What is reported when all attempts fail is the first one, which has the caller's own settings.
         let mut blame: Option<(&'static str, [Elements; 2])> = None;
-        let attempts = self.attempts();
-        let count = attempts.len();
-        for (k, attempt) in attempts.into_iter().enumerate() {
+        let mut others = Attempt::others(self.options).into_iter();
+        let count = others.len() + LOCAL_TRIES + 1;
+        let mut attempt = Attempt::first(self.options);
+        let mut local_tries = 0;
+        for k in 0..count {
             self.monitor.stage("retract", 0.2 + 0.7 * k as f64 / count as f64)?;
-            let done = match self.attempt(attempt) {
-                Ok(done) => done,
+            let mut spots = Vec::new();
+            match self.attempt(&attempt, best.as_ref()) {
+                Ok(done) => {
+                    let verdict = &done.verdict;
+                    let (is_valid, is_shapely) = (verdict.is_valid(), verdict.is_shapely());
+                    if !is_valid || !is_shapely {
+                        self.note(&attempt, &verdict.complaints());
+                        spots.clone_from(&verdict.spots);
+                    }
+                    if best.as_ref().is_none_or(|b| verdict.score() < b.verdict.score()) {
+                        best = Some(done);
+                    }
+                    // For its shape alone a valid result gets only so many more tries.
+                    let is_good = best.as_ref().is_some_and(|b| b.verdict.is_valid());
+                    if (is_valid && is_shapely) || (is_good && k >= TRIES_FOR_SHAPE) {
+                        break;
+                    }
+                }
                 Err(BooleanError::Infeasible { code, sentence, elements }) => {
-                    self.note(attempt, &sentence);
+                    self.note(&attempt, &sentence);
                     blame.get_or_insert((code, elements));
-                    continue;
                 }
                 Err(error) => return Err(error),
-            };
-            let verdict = &done.verdict;
-            let (is_valid, is_shapely) = (verdict.is_valid(), verdict.is_shapely());
-            if !is_valid || !is_shapely {
-                self.note(attempt, &verdict.complaints());
             }
-            if best.as_ref().is_none_or(|b| verdict.score() < b.verdict.score()) {
-                best = Some(done);
-            }
-            // For its shape alone a valid result gets two more tries.
-            let is_good = best.as_ref().is_some_and(|b| b.verdict.is_valid());
-            if (is_valid && is_shapely) || (is_good && k >= TRIES_FOR_SHAPE) {
+            if local_tries < LOCAL_TRIES && (1..=MOST_SPOTS).contains(&spots.len()) {
+                local_tries += 1;
+                attempt.spots.extend(spots);
+            } else if let Some(next) = others.next() {
+                local_tries = LOCAL_TRIES;
+                attempt = next;
+            } else {
                 break;
             }
         }
@@ -176,14 +205,14 @@ impl Job<'_> {
         })
     }
 
-    fn note(&mut self, attempt: Attempt, complaint: &str) {
-        self.retries.push(format!(
-            "size {} at distance {} with {:?}: {complaint}",
-            attempt.scale, attempt.distance, attempt.filler
-        ));
+    fn note(&mut self, attempt: &Attempt, complaint: &str) {
+        let Attempt { scale, distance, filler, spots } = attempt;
+        let local = if spots.is_empty() { String::new() } else { format!(", smaller at {} spots", spots.len()) };
+        self.retries.push(format!("size {scale}{local} at distance {distance} with {filler:?}: {complaint}"));
     }
 
-    fn attempt(&mut self, attempt: Attempt) -> Result<Done, BooleanError> {
+    /// One attempt; `before` is one whose fills are taken over where nothing has changed.
+    fn attempt(&mut self, attempt: &Attempt, before: Option<&Done>) -> Result<Done, BooleanError> {
         let (inputs, cut, monitor) = (self.inputs, self.cut, self.monitor);
         let curve_edge = attempt.scale * plan::mean_curve_length(inputs, cut);
         let kept = retract(inputs, cut, attempt.distance, curve_edge, self.options, monitor)?;
@@ -193,11 +222,12 @@ impl Job<'_> {
         let mut strips = Strips::default();
         let (band, plan) = loop {
             let band = band::extract(inputs, cut, &kept, &strips, self.options);
-            match plan::plan(inputs, &band, diagonal, volume, attempt.scale, monitor) {
+            match plan::plan(inputs, &band, diagonal, volume, attempt.scale, &attempt.spots, monitor) {
                 Ok(plan) => break (band, plan),
                 Err(OddRegions(odd)) => {
+                    let even = strips.make_borders_even(inputs, &kept, &borders(&band), &|| monitor.is_cancelled());
                     monitor.check()?;
-                    if !strips.split_shortest(inputs, &kept, &odd_borders(&band)) {
+                    if !even {
                         return Err(BooleanError::Infeasible {
                             code: "odd",
                             sentence: format!("{} regions along the cut have an odd border", odd.len()),
@@ -218,8 +248,11 @@ impl Job<'_> {
                 BooleanError::Infeasible { code: "no_fill", sentence, elements }
             }
         };
-        let (mut fills, mut reports) = fill::fill_all(&regions, attempt.filler, self.options.alpha, diagonal, monitor)
-            .map_err(|Unfilled { regions, reason }| no_fill(&regions, reason))?;
+        let before = before.map(|done| &done.filled);
+        let (raw, mut reports) =
+            fill::fill_all(&regions, before, attempt.filler, self.options.alpha, diagonal, monitor)
+                .map_err(|Unfilled { regions, reason }| no_fill(&regions, reason))?;
+        let mut fills = raw.clone();
         for r in make_edges_unique(inputs, &kept, &strips, &resampled, &regions, &mut fills) {
             fills[r] = fill::smooth(&regions[r], &fills[r], monitor).map_err(|reason| no_fill(&[r as u32], reason))?;
             reports[r].quads = fills[r].quads.len();
@@ -241,13 +274,12 @@ impl Job<'_> {
             let everything: Vec<u32> = (0..band.region_count as u32).collect();
             return Err(no_fill(&everything, Declined::Because(fault)));
         }
-        let under = regions.into_iter().map(|r| r.under).collect();
-        Ok(Done { under, stitched, lines, regions: reports, verdict })
+        Ok(Done { filled: Filled { regions, fills: raw, filler: attempt.filler, reports }, stitched, lines, verdict })
     }
 
     fn report(mut self, mut done: Done) -> Result<Output, BooleanError> {
         self.monitor.stage("attributes", 0.95)?;
-        let corner_source = corner_sources(self.inputs, self.operation, &done.under, &done.stitched);
+        let corner_source = corner_sources(self.inputs, self.operation, &done.filled.regions, &done.stitched);
         self.clock.lap("attributes");
         let mut faces_moved = 0;
         if self.options.blend_radius > 0.0 {
@@ -275,7 +307,7 @@ impl Job<'_> {
             irregular_vertices: done.verdict.irregular,
             scaled_jacobian_min: done.verdict.jacobian_min,
             scaled_jacobian_mean: done.verdict.jacobian_mean,
-            regions: done.regions,
+            regions: done.filled.reports,
             curves,
             quads_whole: self.cut.whole.iter().flatten().flatten().count(),
             retries: self.retries,

@@ -6,7 +6,7 @@
 use crate::band::{Arc, Band};
 use crate::division::Division;
 use crate::intersect::{Cut, Input};
-use mesh::{Monitor, sorted};
+use mesh::{DVec3, Monitor, sorted};
 use solve::tjoin::t_join;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -23,6 +23,9 @@ const BEND_VOLUME: f64 = 0.03;
 
 /// Bends make edges no shorter than this part of what they would be.
 const SMALLEST_CAP: f64 = 0.4;
+
+/// What edge lengths are multiplied by where an attempt failed.
+const SPOT_SCALE: f64 = 0.6;
 
 /// Growth of the edge length with the distance from where it is given.
 const GRADING: f64 = 0.4;
@@ -72,8 +75,8 @@ pub fn mean_curve_length(inputs: &[Input<'_>; 2], cut: &Cut) -> f64 {
     if weight > 0.0 { sum / weight } else { 0.0 }
 }
 
-/// Plans all lines; `scale` multiplies the edge lengths (retries use less than one). `volume` is that of the exact
-/// boolean, in cubed scene units.
+/// Plans all lines; `scale` multiplies the edge lengths (retries use less than one), and around each of the `spots` they
+/// are smaller still. `volume` is that of the exact boolean, in cubed scene units.
 ///
 /// # Errors
 /// [`OddRegions`] when the borders of a group of regions that share lines sum to an odd number.
@@ -83,11 +86,15 @@ pub fn plan(
     diagonal: f64,
     volume: f64,
     scale: f64,
+    spots: &[DVec3],
     monitor: &Monitor,
 ) -> Result<Plan, OddRegions> {
     let area = (0..band.surface.triangles.len()).map(|t| 0.5 * band.surface.area_normal(t).length()).sum::<f64>();
     let bend_error = scale * (BEND_ERROR * diagonal).min(BEND_VOLUME * volume.abs() / area);
-    let size = size_field(inputs, band, diagonal, bend_error, scale);
+    let mut size = size_field(inputs, band, diagonal, bend_error, scale);
+    for &spot in spots {
+        refine_at(band, spot, &mut size);
+    }
     let mut divisions: Vec<Division> = band
         .arcs
         .iter()
@@ -224,6 +231,19 @@ fn cap_at_bends(inputs: &[Input<'_>; 2], band: &Band, bend_error: f64, scale: f6
         }
     }
     grade(band, &bent, fixed, size);
+}
+
+/// Makes edges smaller about a point in space, on every sheet that passes there: one may be the cause of what is wrong
+/// with another. Further away than a few edges nothing changes. Costs O(n).
+fn refine_at(band: &Band, spot: DVec3, size: &mut [f64]) {
+    let away: Vec<f64> = band.surface.positions.iter().map(|p| p.distance(spot)).collect();
+    let Some(nearest) = (0..away.len()).min_by(|&a, &b| away[a].total_cmp(&away[b])) else { return };
+    let wanted = SPOT_SCALE * size[nearest];
+    for (v, size) in size.iter_mut().enumerate() {
+        if !band.topology.is_border_vertex(v as u32) {
+            *size = size.min(wanted + GRADING * away[v]);
+        }
+    }
 }
 
 /// A float with a total order, for queues.

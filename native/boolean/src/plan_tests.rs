@@ -25,8 +25,12 @@ fn borders(band: &Band, plan: &Plan) -> Vec<usize> {
 }
 
 fn planned(setting: &TestSetting<'_>, scale: f64) -> Plan {
+    planned_about(setting, scale, &[])
+}
+
+fn planned_about(setting: &TestSetting<'_>, scale: f64, spots: &[DVec3]) -> Plan {
     let volume = mesh::volume(&setting.cut.surface);
-    plan(&setting.inputs, &setting.band, setting.diagonal, volume, scale, &Monitor::new()).expect("even borders")
+    plan(&setting.inputs, &setting.band, setting.diagonal, volume, scale, spots, &Monitor::new()).expect("even borders")
 }
 
 fn sphere_in_a_side() -> (PolygonMesh, PolygonMesh) {
@@ -103,4 +107,27 @@ fn the_curve_takes_the_finer_length_when_they_differ_much() {
     assert_eq!(curve_length(1.0, 4.0), 2.0);
     assert_eq!(curve_length(1.0, 100.0), LARGEST_STEP);
     assert_eq!(curve_length(100.0, 1.0), LARGEST_STEP);
+}
+
+#[test]
+fn edges_are_smaller_about_a_spot_and_the_same_elsewhere() {
+    let (a, b) = sphere_in_a_side();
+    let setting = TestSetting::new(&a, &b, Operation::Union);
+    let positions = &setting.band.surface.positions;
+    let on_curve = setting.band.arcs.iter().find(|arc| arc.on_curve).expect("a curve").vertices[0] as usize;
+    let spot = positions[on_curve];
+    let before = planned(&setting, 1.0);
+    let once = planned_about(&setting, 1.0, &[spot]);
+    let twice = planned_about(&setting, 1.0, &[spot, spot]);
+    assert!((once.size[on_curve] - 0.6 * before.size[on_curve]).abs() < 1e-12);
+    assert!((twice.size[on_curve] - 0.36 * before.size[on_curve]).abs() < 1e-12);
+    let reach = before.size.iter().copied().fold(0.0, f64::max) / GRADING;
+    for (v, position) in positions.iter().enumerate() {
+        assert!(once.size[v] <= before.size[v]);
+        if position.distance(spot) > reach || setting.band.topology.is_border_vertex(v as u32) {
+            assert_eq!(once.size[v], before.size[v]);
+        }
+    }
+    let counts = |plan: &Plan| plan.positions.iter().map(Vec::len).sum::<usize>();
+    assert!(counts(&twice) > counts(&before));
 }

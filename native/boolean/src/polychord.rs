@@ -1,13 +1,19 @@
 //! Polychord refinement (section 3.4, Fig. 12): where a piece of the band has an odd number of border edges, no quad mesh
-//! of it exists. The shortest strip of kept quads that joins two such pieces is split lengthwise: both become even.
+//! of it exists. Strips of kept quads that lead from one such piece to another, over pieces between if need be, are split
+//! lengthwise: all become even, with as few quads split as possible.
 //!
-//! Deviation: the paper refines before retraction; here the strip lies in the kept quads only, so that as few as possible
+//! It always works: every border edge is the end of one strip, so that among pieces that strips connect the odd ones are
+//! even in number, as in any graph the vertices of odd degree are.
+//!
+//! Deviation: the paper refines before retraction; here the strips lie in the kept quads only, so that as few as possible
 //! change. Strip quads count as new.
 
 use crate::band::Band;
 use crate::intersect::Input;
 use crate::retract::Kept;
 use mesh::{DVec3, NONE, sorted};
+use solve::CancelCheck;
+use solve::tjoin::t_join;
 use std::collections::BTreeMap;
 
 /// Kept quads that are split. Empty for almost every placement.
@@ -37,53 +43,42 @@ impl Strips {
         input.quads.positions.get(v as usize).copied().unwrap_or_else(|| self.positions[m][v as usize - own])
     }
 
-    /// Splits the shortest strip that joins two odd pieces of the band. `odd` says which border edges (input, sorted
-    /// vertex pair) belong to which odd piece. Returns false when no strip joins two of them.
+    /// Splits strips so that the borders of all pieces of the band become even. `piece_of` says which piece each border edge
+    /// (input, sorted vertex pair) belongs to. Returns false when something is split already, or no choice of strips helps.
     ///
-    /// Costs O(odd border edges times strip length).
-    pub fn split_shortest(
+    /// Costs O(border edges times strip length), plus that of a T-join.
+    pub fn make_borders_even(
         &mut self,
         inputs: &[Input<'_>; 2],
         kept: &Kept,
-        odd: &BTreeMap<(u8, [u32; 2]), u32>,
+        piece_of: &BTreeMap<(u8, [u32; 2]), u32>,
+        cancelled: CancelCheck<'_>,
     ) -> bool {
-        let mut best: Option<(usize, Vec<u32>)> = None;
-        for (&(m, [a, b]), &piece) in odd {
-            let (input, keep) = (&inputs[m as usize], &kept[m as usize]);
-            // Halves of an edge that another strip split end at its middle vertex.
-            if b as usize >= input.quads.vertex_count() {
-                continue;
-            }
-            let t = &input.topology;
-            let inside = |h: &u32| keep[t.face[*h as usize] as usize];
-            let Some(start) = [t.find(a, b), t.find(b, a)].into_iter().flatten().find(inside) else { continue };
-            let mut entered = vec![start];
-            let mut h = start;
-            let end = loop {
-                let far = t.next[t.next[h as usize] as usize];
-                let over = t.twin[far as usize];
-                if over == NONE || !inside(&over) {
-                    break far;
-                }
-                if entered.len() > keep.len() {
-                    break NONE;
-                }
-                h = over;
-                entered.push(h);
-            };
-            if end == NONE {
-                continue;
-            }
-            let exit = sorted(t.from(end), t.to(end));
-            let joins = odd.get(&(m, exit)).is_some_and(|&other| other != piece);
-            let free = !self.middle[m as usize].contains_key(&exit);
-            if joins && free && best.as_ref().is_none_or(|(_, s)| entered.len() < s.len()) {
-                best = Some((m as usize, entered));
+        if !self.is_empty() {
+            return false;
+        }
+        let mut strips = Vec::new();
+        let mut joins = Vec::new();
+        for (&(m, edge), &piece) in piece_of {
+            let Some((strip, exit)) = walk(&inputs[m as usize], &kept[m as usize], edge) else { continue };
+            // Each strip is met from both ends.
+            if let Some(&other) = piece_of.get(&(m, exit)).filter(|_| edge < exit) {
+                joins.push((piece, other, strip.len() as f64));
+                strips.push((m as usize, strip));
             }
         }
-        let Some((m, strip)) = best else { return false };
-        self.split_along(&inputs[m], m, &strip);
-        true
+        let count = piece_of.values().max().map_or(0, |&last| last as usize + 1);
+        let mut edges = vec![0; count];
+        for &piece in piece_of.values() {
+            edges[piece as usize] += 1;
+        }
+        let odd: Vec<u32> = (0..count as u32).filter(|&p| edges[p as usize] % 2 == 1).collect();
+        let Ok(chosen) = t_join(count, &joins, &odd, cancelled) else { return false };
+        for &k in &chosen {
+            let (m, strip) = &strips[k];
+            self.split_along(&inputs[*m], *m, strip);
+        }
+        !chosen.is_empty()
     }
 
     fn split_along(&mut self, input: &Input<'_>, m: usize, strip: &[u32]) {
@@ -134,18 +129,32 @@ impl Strips {
     }
 }
 
-/// The border edges of the band's odd pieces (connected components with an odd number of border edges).
-pub fn odd_borders(band: &Band) -> BTreeMap<(u8, [u32; 2]), u32> {
-    let (piece, count) = crate::band::flood(&band.topology, |_| false, band.surface.triangles.len());
-    let mut borders: Vec<Vec<(u8, [u32; 2])>> = vec![vec![]; count];
-    for h in (0..band.topology.len() as u32).filter(|&h| band.topology.is_border(h)) {
-        let [from, to] = [band.topology.from(h), band.topology.to(h)].map(|v| band.border_vertex[v as usize]);
-        if let (Some((m, a)), Some((_, b))) = (from, to) {
-            borders[piece[(h / 3) as usize] as usize].push((m, sorted(a, b)));
+/// The half-edges by which a strip enters its kept quads, from a border edge on, and the border edge where it leaves them.
+fn walk(input: &Input<'_>, keep: &[bool], [a, b]: [u32; 2]) -> Option<(Vec<u32>, [u32; 2])> {
+    let t = &input.topology;
+    let inside = |h: &u32| keep[t.face[*h as usize] as usize];
+    let mut h = [t.find(a, b), t.find(b, a)].into_iter().flatten().find(inside)?;
+    let mut entered = vec![h];
+    loop {
+        let far = t.next[t.next[h as usize] as usize];
+        let over = t.twin[far as usize];
+        if over == NONE || !inside(&over) {
+            return Some((entered, sorted(t.from(far), t.to(far))));
         }
+        h = over;
+        entered.push(h);
     }
-    let odd = borders.into_iter().enumerate().filter(|(_, edges)| edges.len() % 2 == 1);
-    odd.flat_map(|(p, edges)| edges.into_iter().map(move |e| (e, p as u32))).collect()
+}
+
+/// The border edges of the band and the connected piece that each belongs to.
+pub fn borders(band: &Band) -> BTreeMap<(u8, [u32; 2]), u32> {
+    let (piece, _) = crate::band::flood(&band.topology, |_| false, band.surface.triangles.len());
+    let border_edges = (0..band.topology.len() as u32).filter(|&h| band.topology.is_border(h)).filter_map(|h| {
+        let [from, to] = [band.topology.from(h), band.topology.to(h)].map(|v| band.border_vertex[v as usize]);
+        let ((m, a), (_, b)) = (from?, to?);
+        Some(((m, sorted(a, b)), piece[(h / 3) as usize]))
+    });
+    border_edges.collect()
 }
 
 #[cfg(test)]

@@ -27,10 +27,11 @@ fn the_strip_joins_two_odd_pieces_and_is_split_lengthwise() {
     let empty = PolygonMesh::default();
     let inputs = [Input::new(&mesh), Input::new(&empty)];
     let kept = kept(mesh.face_count());
-    let odd = border(0).into_iter().map(|e| (e, 0)).chain(border(10).into_iter().map(|e| (e, 1))).collect();
+    let pieces = border(0).into_iter().map(|e| (e, 0)).chain(border(10).into_iter().map(|e| (e, 1))).collect();
     let mut strips = Strips::default();
     assert!(strips.is_empty());
-    assert!(strips.split_shortest(&inputs, &kept, &odd));
+    assert!(strips.make_borders_even(&inputs, &kept, &pieces, &|| false));
+    assert!(!strips.make_borders_even(&inputs, &kept, &pieces, &|| false), "once is enough");
 
     // One quad of each of the ten rings, all at the same place across the tube, and eleven middles of edges.
     let faces: Vec<u32> = strips.split[0].keys().copied().collect();
@@ -89,17 +90,36 @@ fn a_quad_that_two_strips_cross_becomes_four() {
 }
 
 #[test]
-fn a_strip_needs_two_odd_pieces() {
+fn nothing_is_split_between_even_pieces() {
     let mesh = torus();
     let empty = PolygonMesh::default();
     let inputs = [Input::new(&mesh), Input::new(&empty)];
     let kept = kept(mesh.face_count());
-    // Both rings are the border of one piece, or only one of them is odd.
+    // Both rings are the border of one piece: ten edges.
     let one_piece = border(0).into_iter().chain(border(10)).map(|e| (e, 0)).collect();
-    let one_ring = border(0).into_iter().map(|e| (e, 0)).collect();
-    for odd in [one_piece, one_ring] {
-        let mut strips = Strips::default();
-        assert!(!strips.split_shortest(&inputs, &kept, &odd));
-        assert!(strips.is_empty());
+    let mut strips = Strips::default();
+    assert!(!strips.make_borders_even(&inputs, &kept, &one_piece, &|| false));
+    assert!(strips.is_empty());
+}
+
+#[test]
+fn two_odd_pieces_are_joined_over_an_even_one_between() {
+    let mesh = torus();
+    let empty = PolygonMesh::default();
+    let inputs = [Input::new(&mesh), Input::new(&empty)];
+    // Rings 0 to 4 and 6 to 9 are kept: ring 5 is a piece with ten border edges between two with five.
+    let ring = |f: usize| f / ACROSS as usize;
+    let kept: Kept = [(0..mesh.face_count()).map(|f| ring(f) < 10 && ring(f) != 5).collect(), vec![]];
+    let rings = [(0, 0), (5, 1), (6, 1), (10, 2)];
+    let pieces: BTreeMap<_, u32> =
+        rings.into_iter().flat_map(|(ring, piece)| border(ring).into_iter().map(move |e| (e, piece))).collect();
+    let mut strips = Strips::default();
+    assert!(strips.make_borders_even(&inputs, &kept, &pieces, &|| false));
+    let split: Vec<usize> = strips.split[0].keys().map(|&f| ring(f as usize)).collect();
+    assert_eq!(split, [0, 1, 2, 3, 4, 6, 7, 8, 9]);
+    for piece in 0..3 {
+        let edges = pieces.iter().filter(|(_, p)| **p == piece).map(|((_, edge), _)| edge);
+        let halves: usize = edges.map(|edge| 1 + usize::from(strips.middle[0].contains_key(edge))).sum();
+        assert_eq!(halves % 2, 0, "piece {piece} has {halves} border edges");
     }
 }

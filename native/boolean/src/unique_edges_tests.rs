@@ -15,10 +15,10 @@ fn with_fills(then: impl FnOnce(&TestSetting<'_>, &Resampled, &mut Vec<Region>, 
     let b = shapes::transformed(&shapes::sphere(4), glam::DMat3::IDENTITY * 0.6, DVec3::new(1.2, 0.03, 0.02));
     let setting = TestSetting::new(&a, &b, Operation::Union);
     let (monitor, volume) = (Monitor::new(), mesh::volume(&setting.cut.surface));
-    let plan = plan(&setting.inputs, &setting.band, setting.diagonal, volume, 1.0, &monitor).expect("a plan");
+    let plan = plan(&setting.inputs, &setting.band, setting.diagonal, volume, 1.0, &[], &monitor).expect("a plan");
     let band = resample(&setting.inputs, &setting.band, &plan, &monitor).expect("divided lines");
     let mut regions = band.regions(&setting.inputs, Operation::Union, &setting.kept, &setting.band).expect("regions");
-    let (mut fills, _) = fill_all(&regions, Filler::Auto, 0.5, setting.diagonal, &monitor).expect("fills");
+    let (mut fills, _) = fill_all(&regions, None, Filler::Auto, 0.5, setting.diagonal, &monitor).expect("fills");
     then(&setting, &band, &mut regions, &mut fills);
 }
 

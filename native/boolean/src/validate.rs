@@ -45,6 +45,9 @@ pub struct Verdict {
     pub jacobian_mean: f64,
     /// Vertices of new faces whose valence is not four.
     pub irregular: usize,
+    /// Where smaller quads might mend what is wrong: the middles of new faces that are at fault, and the place furthest from
+    /// the exact boolean if that is too far. Empty when nothing is wrong, or nowhere in particular.
+    pub spots: Vec<DVec3>,
 }
 
 impl Verdict {
@@ -69,8 +72,7 @@ impl Verdict {
         self.inverted.clear();
         self.jacobian_min = 1.0;
         for &f in &new {
-            let p: Vec<DVec3> = stitched.mesh.face_points(f as usize).collect();
-            let jacobian = scaled_jacobian([p[0], p[1], p[2], p[3]]);
+            let jacobian = jacobian(&stitched.mesh, f);
             sum += jacobian;
             self.jacobian_min = self.jacobian_min.min(jacobian);
             if jacobian <= 0.0 {
@@ -115,6 +117,12 @@ impl Verdict {
         }
         words.join(", ")
     }
+}
+
+/// Scaled Jacobian of a quad.
+fn jacobian(mesh: &PolygonMesh, face: u32) -> f64 {
+    let p: Vec<DVec3> = mesh.face_points(face as usize).collect();
+    scaled_jacobian([p[0], p[1], p[2], p[3]])
 }
 
 /// Vertices, edges and faces in use: V - E + F and the number of pieces.
@@ -187,27 +195,37 @@ pub fn validate(
     let filled: Vec<u32> =
         subset.into_iter().filter(|&t| stitched.face_region[face_of[t as usize] as usize] != NONE).collect();
     if !filled.is_empty() {
-        verdict.distance = distance(&triangles, &filled, band, diagonal, monitor)? / diagonal;
+        let (distance, furthest) = distance(&triangles, &filled, band, diagonal, monitor)?;
+        verdict.distance = distance / diagonal;
+        verdict.spots.extend((verdict.distance > DISTANCE_LIMIT).then_some(furthest));
     }
+    let is_narrow = |f: u32| jacobian(mesh, f) < WANTED_JACOBIAN;
+    let mut at_fault: Vec<u32> =
+        verdict.intersecting.iter().flatten().copied().filter(|f| new.binary_search(f).is_ok()).collect();
+    at_fault.extend(new.iter().copied().filter(|&f| is_narrow(f)));
+    at_fault.sort_unstable();
+    at_fault.dedup();
+    verdict.spots.extend(at_fault.iter().map(|&f| mesh.face_points(f as usize).sum::<DVec3>() / 4.0));
     let exact = volume(&cut.surface);
     verdict.volume_error = (volume(&triangles) - exact).abs() / exact.abs().max(1e-300);
     Ok(verdict)
 }
 
-/// Largest distance between the band and the new triangles, both ways, sampled on a grid of [`SAMPLE_STEP`] on each
-/// triangle, corners and border included.
+/// Largest distance between the band and the new triangles, both ways, and where it is; sampled on a grid of
+/// [`SAMPLE_STEP`] on each triangle, corners and border included.
 fn distance(
     triangles: &TriangleMesh,
     new: &[u32],
     band: &Band,
     diagonal: f64,
     monitor: &Monitor,
-) -> Result<f64, Cancelled> {
+) -> Result<(f64, DVec3), Cancelled> {
     let made = TriangleMesh {
         positions: triangles.positions.clone(),
         triangles: new.iter().map(|&t| triangles.triangles[t as usize]).collect(),
     };
-    let mut worst = 0.0_f64;
+    let further = |a: (f64, DVec3), b: (f64, DVec3)| if b.0 > a.0 { b } else { a };
+    let mut worst = (0.0, DVec3::ZERO);
     for (from, to) in [(&made, &band.surface), (&band.surface, &made)] {
         let target = ClosestPoint::new(to);
         let furthest = |t: usize| {
@@ -219,13 +237,14 @@ fn distance(
                 let [u, v] = [i, j].map(|k: u32| f64::from(k) / f64::from(steps));
                 a + (b - a) * u + (c - a) * v
             };
-            grid.map(|place| target.project(at(place)).distance).fold(0.0, f64::max)
+            grid.map(|place| (target.project(at(place)).distance, at(place))).fold((0.0, a), further)
         };
         let found = (0..from.triangles.len()).into_par_iter().map(|t| {
             monitor.check()?;
             Ok(furthest(t))
         });
-        worst = found.try_reduce(|| worst, |a, b| Ok(a.max(b)))?;
+        // In order: of equal distances the first counts, whatever the threads.
+        worst = found.collect::<Result<Vec<_>, _>>()?.into_iter().fold(worst, further);
     }
     Ok(worst)
 }

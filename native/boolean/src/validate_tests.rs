@@ -51,6 +51,7 @@ fn the_surface_itself_is_valid() {
     assert_eq!(sound.complaints(), "");
     assert_eq!((sound.irregular, sound.inverted.len(), sound.intersecting.len()), (16, 0, 0));
     assert!((sound.jacobian_min - 1.0).abs() < 1e-12 && (sound.jacobian_mean - 1.0).abs() < 1e-12);
+    assert_eq!(sound.spots, []);
     assert!(sound.distance < 1e-12 && sound.volume_error < 1e-12 && sound.score() < 1e-12);
 }
 
@@ -98,6 +99,9 @@ fn inverted_quads() {
     assert!(!bad.inverted.is_empty() && bad.jacobian_min < 0.0 && !bad.is_valid());
     assert!(bad.complaints().contains(&format!("{} inverted quads", bad.inverted.len())));
     assert!(bad.score() >= bad.inverted.len() as f64);
+    // All that is wrong is near the vertex that was moved.
+    assert!(bad.spots.len() >= bad.inverted.len());
+    assert!(bad.spots.iter().all(|p| p.distance(DVec3::new(-0.5, 0.0, 0.0)) < 2.5 * quad), "{:?}", bad.spots);
 }
 
 #[test]
@@ -127,6 +131,7 @@ fn too_far_away() {
     };
     let bad = out(0.02);
     assert!((bad.distance - 0.02).abs() < 1e-9, "{}", bad.distance);
+    assert_eq!(bad.spots, [DVec3::new(-0.5 - 0.02 * diagonal, 0.0, 0.0)]);
     assert!(!bad.is_valid() && bad.complaints().starts_with("2.00% of the diagonal away"), "{}", bad.complaints());
     assert!(out(0.005).is_valid());
 }
@@ -137,6 +142,7 @@ fn volume_lost() {
     let bad = shrink(0.985);
     assert!((bad.volume_error - 0.015).abs() < 1e-9, "{}", bad.volume_error);
     assert!(bad.distance < 0.009 && !bad.is_valid());
+    assert_eq!(bad.spots, [], "it is lost everywhere");
     assert_eq!(bad.complaints(), "1.50% of the volume lost or won");
     assert!(shrink(0.995).is_valid());
 }

@@ -82,7 +82,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
 /// Raises `InvalidMeshError` (no manifold with one side out, no area ...), `Cancelled`, or `QuadloomError` when a feature is
-/// no edge of the surface (elements["features"] are positions in feature_edges, elements["feature_verts"] in feature_verts)
+/// no edge of the surface (its elements "features" and "feature_verts" are positions in the lists given)
 /// or an option is out of range.
 ///
 /// The interpreter is released throughout. Same input, same bytes out. Time grows about linearly with the faces of input and
@@ -118,7 +118,9 @@ pub fn retopologize(
     let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
     let features = Features {
         edges: feature_edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges")).map_err(bad_option)?,
-        vertices: feature_verts.map_or(Ok(vec![]), |given| arrays::indices(&given, "feature_verts")).map_err(bad_option)?,
+        vertices: feature_verts
+            .map_or(Ok(vec![]), |given| arrays::indices(&given, "feature_verts"))
+            .map_err(bad_option)?,
     };
     let density = density.map_or(Ok(vec![]), |given| arrays::numbers(&given, "density")).map_err(bad_option)?;
     if density.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
@@ -181,7 +183,8 @@ fn to_result(py: Python<'_>, output: Output) -> PyResult<RetopologyResult> {
     Ok(RetopologyResult {
         mesh: Py::new(py, Mesh::from(output.mesh))?,
         base: Py::new(py, Mesh::from(output.base))?,
-        base_edges: arrays::index_pairs(py, &output.base_paths.iter().map(|base| base.ends).collect::<Vec<_>>())?.unbind(),
+        base_edges: arrays::index_pairs(py, &output.base_paths.iter().map(|base| base.ends).collect::<Vec<_>>())?
+            .unbind(),
         base_paths: output.base_paths.iter().map(|base| path(&base.points)).collect::<PyResult<_>>()?,
         base_chain: PyArray1::from_iter(py, output.base_paths.iter().map(|base| chain(base.chain))).unbind(),
         feature_edges: arrays::index_pairs(py, &edges)?.unbind(),

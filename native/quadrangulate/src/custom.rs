@@ -60,9 +60,8 @@ impl CustomPattern {
         }
         let topology = Topology::new(count, quads);
         let free = (0..topology.len() as u32).filter(|&h| topology.is_border(h)).count();
-        let runs = (0..border.len()).all(|k| {
-            topology.find(border[k], border[(k + 1) % border.len()]).is_some_and(|h| topology.is_border(h))
-        });
+        let runs = (0..border.len())
+            .all(|k| topology.find(border[k], border[(k + 1) % border.len()]).is_some_and(|h| topology.is_border(h)));
         if free != border.len() || !runs {
             return Err("the border of its quads is not its sides, counter-clockwise");
         }
@@ -86,7 +85,9 @@ impl CustomPattern {
         let mut counts = vec![0; self.pattern.sides.len()];
         for ends in self.ends.iter().filter(|ends| !ends.is_empty()) {
             let mean = ends.iter().map(|&side| share(side)).sum::<f64>() / ends.len() as f64;
-            ends.iter().for_each(|&side| counts[side] += mean.round().max(1.0) as u32);
+            for &side in ends {
+                counts[side] += mean.round().max(1.0) as u32;
+            }
         }
         counts
     }

@@ -244,8 +244,11 @@ fn search(sides: &[u32], most: usize) -> Vec<Filling> {
     let outline = Outline::new(sides);
     let mut best = Best { most, fillings: vec![] };
     if sides.len() <= MOST_SIDES {
-        for (disk, name, unevenness) in pattern_disks(sides, most, u32::MAX) {
-            best.offer(Filling::new(&outline, disk.renumbered(), Method::Pattern(name), 0, unevenness));
+        for fit in pattern_fits(sides, most, u32::MAX) {
+            if !best.beats(&fit.least_cost(0, 0, 0)) {
+                let disk = fit.disk(sides).renumbered();
+                best.offer(Filling::new(&outline, disk, Method::Pattern(fit.name()), 0, fit.unevenness));
+            }
         }
         // A single pair of irregular vertices more than so many corners ask for is good enough not to look at moves, which
         // cost more time and put irregular vertices on or next to the border.
@@ -304,18 +307,19 @@ fn least_excess(corners: usize) -> u32 {
     4u32.abs_diff(corners as u32)
 }
 
-/// Patterns that fit, unfolded: all of the least valence excess, and more while fewer than `most` were found, but none
-/// of an excess above `limit`.
-fn pattern_disks(sides: &[u32], most: usize, limit: u32) -> Vec<(Disk, String, f64)> {
+/// Patterns that fit: all of the least valence excess, and more while fewer than `most` were found, but none of an excess
+/// above `limit`.
+fn pattern_fits(sides: &[u32], most: usize, limit: u32) -> Vec<Fit> {
     let fits_limit = |p: &usize| PATTERNS[*p].sides.len() == sides.len() && PATTERNS[*p].valence_excess <= limit;
     let of_size: Vec<usize> = (0..PATTERNS.len()).filter(fits_limit).collect();
-    let mut disks = Vec::new();
+    let turns: Vec<(Turn, Vec<u32>)> = Turn::all(sides.len()).map(|t| (t, t.apply(sides))).collect();
+    let mut found = Vec::new();
     for equals in of_size.chunk_by(|&a, &b| PATTERNS[a].valence_excess == PATTERNS[b].valence_excess) {
         let mut fits: Vec<Fit> = Vec::new();
-        for (&pattern, turn) in equals.iter().flat_map(|p| Turn::all(sides.len()).map(move |t| (p, t))) {
-            if let Some(strips) = strips::solve(&PATTERNS[pattern], &turn.apply(sides)) {
+        for (&pattern, (turn, turned)) in equals.iter().flat_map(|p| turns.iter().map(move |t| (p, t))) {
+            if let Some(strips) = strips::solve(&PATTERNS[pattern], turned) {
                 let unevenness = variance(&strips);
-                fits.push(Fit { pattern, turn, strips, unevenness });
+                fits.push(Fit { pattern, turn: *turn, strips, unevenness });
             }
         }
         let lumps =
@@ -325,16 +329,29 @@ fn pattern_disks(sides: &[u32], most: usize, limit: u32) -> Vec<(Disk, String, f
         if most == 1 {
             fits.truncate(1);
         }
-        for fit in fits {
-            let pattern = &PATTERNS[fit.pattern];
-            let disk = fit.turn.undo(sides, &Disk::unfold(pattern, &fit.strips));
-            disks.push((disk, pattern.name.clone(), fit.unevenness));
-        }
-        if disks.len() >= most * 2 * sides.len() || (most == 1 && !disks.is_empty()) {
+        found.extend(fits);
+        if found.len() >= most * 2 * sides.len() || (most == 1 && !found.is_empty()) {
             break;
         }
     }
-    disks
+    found
+}
+
+impl Fit {
+    fn name(&self) -> String {
+        PATTERNS[self.pattern].name.clone()
+    }
+
+    /// The pattern unfolded, as a disk with the sides that it fits.
+    fn disk(&self, sides: &[u32]) -> Disk {
+        self.turn.undo(sides, &Disk::unfold(&PATTERNS[self.pattern], &self.strips))
+    }
+
+    /// What a filling costs at least that takes so many moves, irregular corners and so much excess before this pattern.
+    fn least_cost(&self, moves: u32, irregular_corners: u32, excess: u32) -> Cost {
+        let valence_excess = excess + PATTERNS[self.pattern].valence_excess;
+        Cost { irregular_corners, valence_excess, moves, unevenness: self.unevenness }
+    }
 }
 
 fn variance(strips: &[u32]) -> f64 {
@@ -403,26 +420,30 @@ fn search_moves(outline: &Outline, best: &mut Best) {
     }
 }
 
-/// Offers the filling of a reached outline, put back together, if it has one.
+/// Offers the filling of a reached outline, put back together, if it has one that may be among the best.
 fn offer_reached(outline: &Outline, reached: &Reached, best: &mut Best) {
-    let inner = if reached.outline.corners.is_empty() {
-        vec![(universal::fill(&reached.outline), String::new(), 0.0)]
+    let Reached { irregular_corners, excess, made, .. } = *reached;
+    let (mut disk, unevenness) = if reached.outline.corners.is_empty() {
+        (universal::fill(&reached.outline), 0.0)
     } else {
-        pattern_disks(&reached.outline.sides(), 1, best.room(reached))
+        let sides = reached.outline.sides();
+        let Some(fit) = pattern_fits(&sides, 1, best.room(reached)).pop() else { return };
+        if best.beats(&fit.least_cost(made, irregular_corners, excess)) {
+            return;
+        }
+        (fit.disk(&sides), fit.unevenness)
     };
-    for (mut disk, _, unevenness) in inner {
-        let mut reductions = Vec::new();
-        let mut current = outline.clone();
-        for &step in &reached.moves {
-            let Some(reduction) = current.reduce(step) else { return };
-            current = reduction.inner.clone();
-            reductions.push(reduction);
-        }
-        for reduction in reductions.iter().rev() {
-            disk = reduction.restore(&disk);
-        }
-        best.offer(Filling::new(outline, disk.renumbered(), Method::Moves, reached.made, unevenness));
+    let mut reductions = Vec::new();
+    let mut current = outline.clone();
+    for &step in &reached.moves {
+        let Some(reduction) = current.reduce(step) else { return };
+        current = reduction.inner.clone();
+        reductions.push(reduction);
     }
+    for reduction in reductions.iter().rev() {
+        disk = reduction.restore(&disk);
+    }
+    best.offer(Filling::new(outline, disk.renumbered(), Method::Moves, made, unevenness));
 }
 
 /// Equal for outlines that are rotations or reflections of one another.

@@ -14,7 +14,7 @@ const MEMORY: usize = 10;
 type Pair = (Vec<DVec2>, Vec<DVec2>, f64);
 
 /// Lowers `energy(points, gradient)`, which fills the gradient and returns the value, by at most `steps` steps; the first
-/// moves no point further than `first_reach`. Stops early once a step gains less than a ten-millionth.
+/// moves no point further than `first_reach`. Stops early once a step gains less than a thousandth.
 ///
 /// # Errors
 /// [`Cancelled`] when the monitor says so; the points are then at the last step.
@@ -73,7 +73,7 @@ pub(crate) fn minimise(
         }
         points.copy_from_slice(&trial);
         std::mem::swap(&mut gradient, &mut trial_gradient);
-        if before - value < 1e-7 * before.abs() {
+        if before - value < 1e-3 * before.abs() {
             return Ok(());
         }
     }

@@ -10,8 +10,8 @@ use glam::DVec2;
 use mesh::{Cancelled, Monitor};
 
 /// Rounds, d being set anew in each, and steps of L-BFGS in each.
-const ROUNDS: usize = 4;
-const STEPS: usize = 150;
+const ROUNDS: usize = 3;
+const STEPS: usize = 40;
 
 /// Aspects beyond this ratio are not worth keeping.
 const MOST_ASPECT: f64 = 5.0;
@@ -22,7 +22,7 @@ const CORNERS: [[usize; 4]; 4] = [[0, 1, 0, 3], [0, 1, 1, 2], [3, 2, 1, 2], [3, 
 
 /// Improves `positions` in place; those with `fixed` stay. Each quad aims at the aspect (within 1:5) it has when a round
 /// starts: taken anew each round, a grid ends up straight even when it came in wavy. Units do not
-/// matter. Cost: at most 600 steps, each O(quads).
+/// matter. Cost: at most 120 steps, each O(quads).
 ///
 /// # Errors
 /// [`Cancelled`], between steps.

@@ -61,7 +61,7 @@ pub enum PlaceError {
 /// along each side of the surface by their relative arc length. `flat` is a low-distortion flat map of the surface's
 /// vertices, preserving orientation; without it the quads stay as the polygon gives them, which costs shape.
 ///
-/// Cost: O(n sqrt n) to flatten n triangles, and up to 600 evaluations of the quads' energy.
+/// Cost: O(n sqrt n) to flatten n triangles, and some 120 evaluations of the quads' energy.
 ///
 /// # Errors
 /// [`PlaceError`].

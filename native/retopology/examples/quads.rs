@@ -135,7 +135,9 @@ fn base(divided: Divided, crease: f64) -> Base {
     };
     let mut sides = vec![Vec::new(); base.edges.len()];
     for (t, edges) in base.triangle_edges.iter().enumerate() {
-        edges.iter().for_each(|&e| sides[e as usize].push(normal(t)));
+        for &e in edges {
+            sides[e as usize].push(normal(t));
+        }
     }
     for (e, sides) in sides.iter().enumerate() {
         base.edges[e].feature = (sides.len() < 2 || sides[0].angle_between(sides[1]) > crease).then_some(e as u32);

@@ -30,7 +30,7 @@ pub(crate) struct Goal {
 }
 
 /// Costs of a quad missing at a vertex: more than any other cost can gain.
-const MISSING: f64 = 50.0;
+pub(crate) const MISSING: f64 = 50.0;
 /// Steps for each triangle.
 const STEPS: usize = 60;
 /// Temperatures, in irregular vertices.
@@ -130,7 +130,9 @@ impl<'a> Search<'a> {
     fn new(choices: &'a [Choice], triangle_count: usize, goals: &'a [Goal], start: &[u32]) -> Self {
         let mut of_triangle = vec![Vec::new(); triangle_count];
         for (i, choice) in choices.iter().enumerate() {
-            choice.triangles.iter().for_each(|&t| of_triangle[t as usize].push(i as u32));
+            for &t in &choice.triangles {
+                of_triangle[t as usize].push(i as u32);
+            }
         }
         let vertices = goals.iter().map(|g| g.vertex as usize + 1).max().unwrap_or(0);
         let mut search = Self {
@@ -148,14 +150,18 @@ impl<'a> Search<'a> {
             temperature: 0.0,
             random: Random(0x9E37_79B9_7F4A_7C15),
         };
-        start.iter().for_each(|&choice| search.put(choice, 1));
+        for &choice in start {
+            search.put(choice, 1);
+        }
         search
     }
 
     /// Takes a choice, or with -1 gives it back.
     fn put(&mut self, choice: u32, sign: i32) {
         let Choice { triangles, quads, .. } = &self.choices[choice as usize];
-        triangles.iter().for_each(|&t| self.choice_of[t as usize] = if sign > 0 { choice } else { NONE });
+        for &t in triangles {
+            self.choice_of[t as usize] = if sign > 0 { choice } else { NONE };
+        }
         for &(sector, quads) in quads {
             self.quads[sector as usize] += sign * quads;
             self.at_vertex[self.goals[sector as usize].vertex as usize] += sign * quads;
@@ -165,7 +171,8 @@ impl<'a> Search<'a> {
     fn sector_cost(&self, sector: u32) -> f64 {
         let goal = &self.goals[sector as usize];
         let quads = self.quads[sector as usize];
-        let missing = (goal.least - quads).max(0) + (goal.least_at_vertex - self.at_vertex[goal.vertex as usize]).max(0);
+        let missing =
+            (goal.least - quads).max(0) + (goal.least_at_vertex - self.at_vertex[goal.vertex as usize]).max(0);
         (f64::from(quads) - goal.ideal).powi(2) + MISSING * f64::from(missing)
     }
 
@@ -220,7 +227,9 @@ impl<'a> Search<'a> {
         (self.covers, self.drawn.0) = (0, f64::NEG_INFINITY);
         self.extend(0.0);
         let drawn = std::mem::take(&mut self.drawn.1);
-        drawn.iter().for_each(|&choice| self.put(choice, 1));
+        for &choice in &drawn {
+            self.put(choice, 1);
+        }
         self.drawn.1 = drawn;
     }
 

@@ -16,7 +16,7 @@ use crate::sites::{Breakpoints, divide_curves, free_sites};
 use crate::sizing::{refine, wanted_lengths};
 use crate::split_mesh::SplitMesh;
 use crate::stars::Drawing;
-use crate::{cut, detect, input, stars, tidy};
+use crate::{bulges, cut, detect, input, stars, tidy};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -26,6 +26,11 @@ use surface::laplacian::cotangent_weights;
 
 /// Rounds of flipping base edges by their lengths and drawing them anew.
 const FLIP_ROUNDS: usize = 3;
+
+/// Rounds of putting base vertices on what bulges out of base triangles.
+const BULGE_ROUNDS: usize = 2;
+/// Base vertices added in one round keep this far apart, in wanted edge lengths.
+const SPACING: f64 = 0.3;
 
 /// How coarse the base is and where its corners are.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,6 +85,8 @@ pub struct BaseReport {
     pub sites: Vec<u32>,
     /// Base vertices added until the dual was valid, as vertices of the base's surface.
     pub inserted: Vec<u32>,
+    /// Those of them that stand on a bulge: a finger tip within one base triangle, say.
+    pub bulges: usize,
     /// Rounds of adding them.
     pub rounds: usize,
     /// Base edges flipped for better base triangles.
@@ -106,6 +113,8 @@ pub struct Fieldwork {
     pub fields: Fields,
     /// The base vertices.
     pub peaks: Vec<u32>,
+    /// Wanted base edge length at each vertex.
+    pub wanted: Vec<f64>,
     /// For each chain, where its breakpoints are and which base vertices they are.
     breakpoints: Vec<Vec<(usize, u32)>>,
 }
@@ -152,29 +161,20 @@ pub fn build_base(
 
     let mut work = Fieldwork::new(&working, &topology, network, options, &mut report, &mut clock, monitor)?;
     monitor.stage("triangulating", 0.4)?;
-    let (cells, pieces) = work.valid_cells(&mut report, monitor)?;
-    clock.lap(&mut report, "cells");
-
-    monitor.stage("drawing base edges", 0.5)?;
-    let mut dual = Dual::new(&work.mesh, &cells)?;
-    let mut drawing = stars::draw(&work.mesh, &cells, &work.fields, &work.peaks, &pieces, monitor)?;
-    clock.lap(&mut report, "paths");
-
-    monitor.stage("straightening base edges", 0.6)?;
-    let mut straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
-    for _ in 0..FLIP_ROUNDS {
-        let flips = dual.improve(&straight.lengths(&drawing, &dual));
-        if flips.is_empty() {
+    let mut drawn = Drawn::new(&mut work, &mut report, &mut clock, monitor)?;
+    for _ in 0..BULGE_ROUNDS {
+        let lengths = drawn.straight.lengths(&drawn.drawing, &drawn.dual);
+        let tips = bulges::tips(&drawn.drawing, &drawn.dual, &work.peaks, &lengths, work.mesh.positions.len());
+        if tips.is_empty() {
             break;
         }
-        report.flipped += flips.len();
-        for flip in flips {
-            monitor.check()?;
-            drawing.redraw(flip.edge as usize, flip.ends.map(|k| work.peaks[k as usize]))?;
-        }
-        straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
+        report.bulges += tips.len();
+        report.inserted.extend(&tips);
+        let additions: Vec<Addition> = tips.into_iter().map(|v| work.addition(v, (NONE, 0))).collect();
+        work.fields.add(&additions, monitor)?;
+        drawn = Drawn::new(&mut work, &mut report, &mut clock, monitor)?;
     }
-    clock.lap(&mut report, "geodesics");
+    let Drawn { pieces, dual, drawing, straight } = drawn;
 
     monitor.stage("cutting the surface", 0.9)?;
     let Straightened { topology, triangulation, paths } = straight;
@@ -206,6 +206,45 @@ pub struct Built {
     pub report: BaseReport,
     /// What an editing loop reuses, and the fields for display.
     pub fieldwork: Fieldwork,
+}
+
+/// The base triangulation, drawn on the surface.
+struct Drawn {
+    pieces: Vec<Piece>,
+    dual: Dual,
+    drawing: Drawing,
+    straight: Straightened,
+}
+
+impl Drawn {
+    /// From fields to geodesic base edges, base vertices added and edges flipped as needed.
+    fn new(
+        work: &mut Fieldwork,
+        report: &mut BaseReport,
+        clock: &mut Clock,
+        monitor: &Monitor,
+    ) -> Result<Self, RetopologyError> {
+        let (cells, pieces) = work.valid_cells(report, monitor)?;
+        clock.lap(report, "cells");
+        let mut dual = Dual::new(&work.mesh, &cells)?;
+        let mut drawing = stars::draw(&work.mesh, &cells, &work.fields, &work.peaks, &pieces, monitor)?;
+        clock.lap(report, "paths");
+        let mut straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
+        for _ in 0..FLIP_ROUNDS {
+            let flips = dual.improve(&straight.lengths(&drawing, &dual));
+            if flips.is_empty() {
+                break;
+            }
+            report.flipped += flips.len();
+            for flip in flips {
+                monitor.check()?;
+                drawing.redraw(flip.edge as usize, flip.ends.map(|k| work.peaks[k as usize]))?;
+            }
+            straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
+        }
+        clock.lap(report, "geodesics");
+        Ok(Self { pieces, dual, drawing, straight })
+    }
 }
 
 /// The drawn base edges as geodesics.
@@ -258,7 +297,11 @@ struct Clock(Instant);
 
 impl Clock {
     fn lap(&mut self, report: &mut BaseReport, stage: &'static str) {
-        report.seconds.push((stage, self.0.elapsed().as_secs_f64()));
+        let seconds = self.0.elapsed().as_secs_f64();
+        match report.seconds.iter_mut().find(|(name, _)| *name == stage) {
+            Some((_, sum)) => *sum += seconds,
+            None => report.seconds.push((stage, seconds)),
+        }
         self.0 = Instant::now();
     }
 }
@@ -322,7 +365,7 @@ impl Fieldwork {
         let groups = Groups::new(&mesh, &metric, &seeds, peaks.len());
         let fields = Fields::new(&weights, prescribed, first, groups, monitor)?;
         clock.lap(report, "fields");
-        Ok(Self { mesh, metric, network, fields, peaks, breakpoints })
+        Ok(Self { mesh, metric, network, fields, peaks, wanted: sizing.wanted, breakpoints })
     }
 
     /// Adds base vertices until the dual of the cells is a triangulation of the surface.
@@ -359,11 +402,25 @@ impl Fieldwork {
                     reason: "a base vertex was added twice",
                 });
             }
+            let flaws = self.spaced(flaws);
             report.rounds += 1;
             report.inserted.extend(&flaws);
             let additions: Vec<Addition> = flaws.iter().map(|&v| self.addition(v, chain_of[v as usize])).collect();
             self.fields.add(&additions, monitor)?;
         }
+    }
+
+    /// Leaves out vertices close to earlier ones: one addition often mends what lies around, and the next round tells.
+    fn spaced(&self, vertices: Vec<u32>) -> Vec<u32> {
+        let mut kept: Vec<u32> = Vec::with_capacity(vertices.len());
+        for v in vertices {
+            let at = |v: u32| self.mesh.positions[v as usize];
+            let room = SPACING * self.wanted[v as usize];
+            if kept.iter().all(|&w| at(v).distance(at(w)) > room) {
+                kept.push(v);
+            }
+        }
+        kept
     }
 
     /// Makes `vertex` a base vertex; `place` is its chain, if any, and its index there.

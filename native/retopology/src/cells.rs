@@ -219,7 +219,12 @@ impl Cells {
             // The arc across a curve stays, else the longest: it is the least likely to be an accident.
             arcs.sort_by_key(|&k| (self.arcs[k].piece.is_none(), usize::MAX - self.arcs[k].crossed.len()));
             let keep = usize::from(!self.arcs[arcs[0]].closed);
+            let before = found.len();
             found.extend(arcs[keep..].iter().filter_map(|&k| self.middle(mesh, peaks, &self.arcs[k])));
+            if keep < arcs.len() && found.len() == before {
+                // All along the extra arcs base vertices meet: then the cells reach on elsewhere.
+                found.extend(self.around(mesh, peaks, &cells));
+            }
         }
         let mut triples = BTreeMap::<[u32; 3], u32>::new();
         let mut in_triangle = BTreeSet::new();
@@ -235,7 +240,7 @@ impl Cells {
         }
         for arc in &self.arcs {
             if !in_triangle.contains(&arc.cells) && sound(&arc.cells) && !arc.closed {
-                found.extend(self.middle(mesh, peaks, arc));
+                found.extend(self.middle(mesh, peaks, arc).or_else(|| self.around(mesh, peaks, &arc.cells)));
             }
         }
         found.sort_unstable();
@@ -247,7 +252,7 @@ impl Cells {
     fn farthest(&self, mesh: &SplitMesh, metric: &Metric, peaks: &[u32], marked: &[bool]) -> Vec<u32> {
         let n = mesh.positions.len();
         let (mut away, mut mark) = (vec![f64::INFINITY; n], vec![NONE; n]);
-        let mut far = vec![(0.0, NONE); peaks.len()];
+        let mut far = vec![(-1.0, NONE); peaks.len()];
         for (k, &peak) in peaks.iter().enumerate().filter(|(k, _)| marked[*k]) {
             metric.spread_within(&mut away, &mut mark, &[(peak, 0.0, k as u32)], 1.0, |v| {
                 self.label[v as usize] == k as u32

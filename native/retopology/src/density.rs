@@ -14,10 +14,9 @@
 use crate::base::Base;
 use crate::division::least_parts;
 use crate::error::LayoutError;
-use crate::measures::Measures;
-use crate::patch::Patch;
+use crate::patch::{Patch, Plan};
 use crate::templates::{Chosen, TemplateError};
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::{Monitor, NONE};
 use quadrangulate::Filler;
 use quadrangulate::quantise::{self, Layout, MOST, SubSide, quantise_instantly};
@@ -114,18 +113,9 @@ pub(crate) fn spread(base: &Base, given: &[f64]) -> Result<Vec<f64>, LayoutError
     Ok(size)
 }
 
-#[expect(clippy::too_many_arguments, reason = "the whole layout is needed")]
 /// Counts for all base edges. `irregularity` is what a patch with unequal opposite sides costs, in quads stretched by e.
-pub(crate) fn count(
-    base: &Base,
-    measures: &Measures,
-    patches: &[Patch],
-    templates: &[Chosen],
-    size: &[f64],
-    wanted: Size,
-    irregularity: f64,
-    monitor: &Monitor,
-) -> Result<Counts, LayoutError> {
+pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &Monitor) -> Result<Counts, LayoutError> {
+    let Plan { base, size, .. } = plan;
     let area = scaled_area(base, size);
     let start = match wanted {
         Size::EdgeLength(h) if h > 0.0 && h.is_finite() => h,
@@ -133,7 +123,7 @@ pub(crate) fn count(
         Size::TargetFaces(0) => return Err(LayoutError::BadOption { option: "target faces", expected: "at least 1" }),
         Size::TargetFaces(faces) => (area / faces as f64).sqrt(),
     };
-    let sides = Sides::new(base, measures, patches, templates, size, start, irregularity);
+    let sides = Sides::new(plan, start, irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -148,7 +138,11 @@ pub(crate) fn count(
             if best < CLOSE_ENOUGH {
                 break;
             }
-            if found > target { fine = Some(h) } else { coarse = Some(h) }
+            if found > target {
+                fine = Some(h);
+            } else {
+                coarse = Some(h);
+            }
             h = match (fine, coarse) {
                 (Some(fine), Some(coarse)) => (fine * coarse).sqrt(),
                 _ => h * (found / target).sqrt().clamp(0.25, 4.0) * if found > target { 1.02 } else { 0.98 },
@@ -166,7 +160,7 @@ pub(crate) fn count(
         && (sides.faces(&counts, &mut filler)? / faces as f64 - 1.0).abs() > MOST_MISS
     {
         // One chord that winds over most of the surface leaves too few numbers of quads to choose from: cut it.
-        return count(base, measures, patches, templates, size, wanted, CUTTING, monitor);
+        return count(plan, wanted, CUTTING, monitor);
     }
     let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
     Ok(Counts { of_edge, edge_length })
@@ -180,15 +174,8 @@ fn scaled_area(base: &Base, size: &[f64]) -> f64 {
 }
 
 impl<'a> Sides<'a> {
-    fn new(
-        base: &'a Base,
-        measures: &Measures,
-        patches: &'a [Patch],
-        templates: &'a [Chosen],
-        size: &[f64],
-        h: f64,
-        irregularity: f64,
-    ) -> Self {
+    fn new(plan: Plan<'a>, h: f64, irregularity: f64) -> Self {
+        let Plan { base, measures, patches, templates, size } = plan;
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
         let mut lengths: Vec<f64> =
@@ -359,7 +346,8 @@ impl<'a> Sides<'a> {
     fn solve(&self, h: f64, monitor: &Monitor) -> Result<Vec<u32>, LayoutError> {
         monitor.check()?;
         let mut layout = self.layout.clone();
-        let used = layout.patches.iter().flat_map(|p| p.sides.iter().flatten()).max().map_or(0, |&last| last as usize + 1);
+        let used =
+            layout.patches.iter().flat_map(|p| p.sides.iter().flatten()).max().map_or(0, |&last| last as usize + 1);
         for &(mean, area) in &self.ideals {
             let ideal = (mean.exp() / h).min(f64::from(MOST));
             // Near the ideal the stretched area, area x ln(n / ideal)², is this times the squared deviation.
@@ -400,13 +388,7 @@ impl<'a> Sides<'a> {
         Ok(faces)
     }
 
-    fn faces_of(
-        &self,
-        index: usize,
-        patch: &Patch,
-        counts: &[u32],
-        filler: &mut Filler,
-    ) -> Result<f64, LayoutError> {
+    fn faces_of(&self, index: usize, patch: &Patch, counts: &[u32], filler: &mut Filler) -> Result<f64, LayoutError> {
         let sides = self.sides_of(patch, counts);
         if let Some(template) = patch.template.map(|index| &self.templates[index]) {
             let filled = template.pattern.fill(&sides);
@@ -488,7 +470,11 @@ impl<'a> Sides<'a> {
 /// Pairs of opposite sides of a four-sided patch that are one half-edge each.
 fn opposite(patch: &Patch) -> impl Iterator<Item = (u32, u32)> + '_ {
     let sides: Vec<&[u32]> = patch.sides().collect();
-    let pairs = if sides.len() == 4 && patch.template.is_none() { vec![(sides[0], sides[2]), (sides[1], sides[3])] } else { vec![] };
+    let pairs = if sides.len() == 4 && patch.template.is_none() {
+        vec![(sides[0], sides[2]), (sides[1], sides[3])]
+    } else {
+        vec![]
+    };
     pairs.into_iter().filter_map(|(a, b)| match (a, b) {
         (&[a], &[b]) => Some((a, b)),
         _ => None,

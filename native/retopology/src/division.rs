@@ -7,7 +7,7 @@
 
 use crate::base::Base;
 use crate::rails::Rails;
-use glam::DVec3;
+use mesh::DVec3;
 use surface::smooth_star::Polyline;
 
 /// A vertex on a bend of more than this stays there while quads are smoothed: 12 degrees.
@@ -112,7 +112,9 @@ pub(crate) fn divide(base: &Base, rails: &Rails, even: &dyn Fn(u32) -> Vec<f64>,
             if !step.forward {
                 own.reverse();
                 inner.reverse();
-                inner.iter_mut().for_each(|a| *a = length - *a);
+                for a in &mut inner {
+                    *a = length - *a;
+                }
             }
             points.extend(&own[usize::from(!points.is_empty())..]);
             wanted.extend(inner.iter().map(|a| start + a));

@@ -19,8 +19,8 @@ use surface::laplacian::WeightedEdge;
 
 /// Right-hand sides solved between two looks at the monitor.
 const BATCH: usize = 64;
-/// Shares of a field below this are rounding.
-const NOTHING: f64 = 1e-9;
+/// Shares of a field below this are lost in single precision.
+const NOTHING: f64 = 1e-6;
 
 /// Boundary values of one field: vertices on curves, or a first site, and what the field is there. Zero elsewhere.
 pub type Hat = Vec<(u32, f64)>;

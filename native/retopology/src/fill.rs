@@ -5,13 +5,14 @@
 //! no other.
 
 use crate::base::Base;
+use crate::density::Counts;
 use crate::division;
 use crate::error::LayoutError;
 use crate::measures::Measures;
-use crate::patch::Patch;
+use crate::patch::{Patch, Plan};
 use crate::rails::Rails;
-use crate::templates::{Chosen, TemplateError};
-use glam::DVec3;
+use crate::templates::TemplateError;
+use mesh::DVec3;
 use mesh::Monitor;
 use quadrangulate::{DiskSurface, Filler, PatchTopology, PlaceError, place};
 use rayon::prelude::*;
@@ -44,19 +45,17 @@ pub(crate) struct Filled {
 
 /// Fills all patches with the given counts along base edges.
 pub(crate) fn fill(
-    base: &Base,
-    measures: &Measures,
-    patches: &[Patch],
-    counts: &[u32],
-    size: &[f64],
+    plan: Plan<'_>,
+    counts: &Counts,
     topologies: &[PatchTopology],
     rails: &Rails,
-    edge_length: f64,
     monitor: &Monitor,
 ) -> Result<Filled, LayoutError> {
+    let Plan { base, measures, patches, size, .. } = plan;
+    let Counts { of_edge: counts, edge_length } = counts;
     let mut filled = Filled::default();
     let arcs = |e: u32| divide_evenly(base, &base.edges[e as usize].path, counts[e as usize], size);
-    let division = division::divide(base, rails, &arcs, edge_length);
+    let division = division::divide(base, rails, &arcs, *edge_length);
     for (v, &at) in base.vertices.iter().enumerate() {
         filled.positions.push(division.of_vertex[v].unwrap_or(base.surface.positions[at as usize]));
         filled.stays.push(division.vertex_stays[v]);
@@ -89,10 +88,12 @@ pub(crate) fn fill(
         .map(|(index, (patch, topology))| {
             let border = border(base, &filled, patch);
             let points: Vec<DVec3> = border.iter().map(|&v| filled.positions[v as usize]).collect();
-            place_patch(base, measures, patch, &sides(base, patch, counts), topology, &points, monitor).map_err(|source| match source {
-                PlaceError::Cancelled(cancelled) => LayoutError::Cancelled(cancelled),
-                source => LayoutError::Place { patch: index, source },
-            })
+            place_patch(base, measures, patch, &sides(base, patch, counts), topology, &points, monitor).map_err(
+                |source| match source {
+                    PlaceError::Cancelled(cancelled) => LayoutError::Cancelled(cancelled),
+                    source => LayoutError::Place { patch: index, source },
+                },
+            )
         })
         .collect::<Result<_, _>>()?;
     for (index, ((patch, topology), inner)) in patches.iter().zip(topologies).zip(inner).enumerate() {
@@ -108,13 +109,8 @@ pub(crate) fn fill(
 }
 
 /// The best filling of each patch for these counts.
-pub(crate) fn topologies(
-    base: &Base,
-    patches: &[Patch],
-    templates: &[Chosen],
-    counts: &[u32],
-    monitor: &Monitor,
-) -> Result<Vec<PatchTopology>, LayoutError> {
+pub(crate) fn topologies(plan: Plan<'_>, counts: &[u32], monitor: &Monitor) -> Result<Vec<PatchTopology>, LayoutError> {
+    let Plan { base, patches, templates, .. } = plan;
     let mut filler = Filler::new();
     let mut all = Vec::with_capacity(patches.len());
     for (index, patch) in patches.iter().enumerate() {

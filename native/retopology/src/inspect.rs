@@ -23,7 +23,10 @@ pub(crate) fn inspect(mesh: &PolygonMesh) -> Result<(), RetopologizeError> {
     }
     let bad: Vec<u32> = indices(mesh.vertex_count(), |v| !mesh.positions[v].is_finite());
     if !bad.is_empty() {
-        let sentence = format!("has {} with a coordinate that is not a number or infinite; delete or move them", count(bad.len(), "vertex", "vertices"));
+        let sentence = format!(
+            "has {} with a coordinate that is not a number or infinite; delete or move them",
+            count(bad.len(), "vertex", "vertices")
+        );
         return refuse("not_finite", sentence, "verts", bad);
     }
     let used = || mesh.corner_verts().iter().map(|&v| mesh.positions[v as usize]);
@@ -31,7 +34,8 @@ pub(crate) fn inspect(mesh: &PolygonMesh) -> Result<(), RetopologizeError> {
     // Halved first: the box of a huge mesh may be wider than the largest number.
     let diagonal = 2.0 * Aabb::of(used().map(|p| p / 2.0)).diagonal();
     if diagonal <= SMALLEST_PART * largest || diagonal == 0.0 {
-        let sentence = "is too small to tell its vertices apart, so far from the origin; move it to the origin or scale it up";
+        let sentence =
+            "is too small to tell its vertices apart, so far from the origin; move it to the origin or scale it up";
         return refuse("too_small", sentence.into(), "verts", (0..mesh.vertex_count() as u32).collect());
     }
     let sorted_corners: Vec<Vec<u32>> = mesh
@@ -44,13 +48,17 @@ pub(crate) fn inspect(mesh: &PolygonMesh) -> Result<(), RetopologizeError> {
         .collect();
     let degenerate = indices(mesh.face_count(), |f| sorted_corners[f].windows(2).any(|w| w[0] == w[1]));
     if !degenerate.is_empty() {
-        let sentence = format!("has {} that name a vertex twice; delete them and close the gap", faces(degenerate.len()));
+        let sentence =
+            format!("has {} that name a vertex twice; delete them and close the gap", faces(degenerate.len()));
         return refuse("degenerate", sentence, "faces", degenerate);
     }
     let mut order: Vec<u32> = (0..mesh.face_count() as u32).collect();
     order.sort_by(|&a, &b| sorted_corners[a as usize].cmp(&sorted_corners[b as usize]).then(a.cmp(&b)));
-    let mut doubles: Vec<u32> =
-        order.windows(2).filter(|w| sorted_corners[w[0] as usize] == sorted_corners[w[1] as usize]).map(|w| w[1]).collect();
+    let mut doubles: Vec<u32> = order
+        .windows(2)
+        .filter(|w| sorted_corners[w[0] as usize] == sorted_corners[w[1] as usize])
+        .map(|w| w[1])
+        .collect();
     if !doubles.is_empty() {
         doubles.sort_unstable();
         let sentence = format!("has {} with the same corners as another; delete the doubles", faces(doubles.len()));
@@ -62,17 +70,26 @@ pub(crate) fn inspect(mesh: &PolygonMesh) -> Result<(), RetopologizeError> {
     mesh.corner_verts().iter().for_each(|&v| uses[v as usize] += 1);
     let split = indices(uses.len(), |v| topology.around(v as u32).take(uses[v] + 1).count() != uses[v]);
     if !split.is_empty() {
-        let sentence = format!("touches itself at {}; separate the parts that meet there", count(split.len(), "vertex", "vertices"));
+        let sentence = format!(
+            "touches itself at {}; separate the parts that meet there",
+            count(split.len(), "vertex", "vertices")
+        );
         return refuse("non_manifold_vertex", sentence, "verts", split);
     }
     let centre = Aabb::of(used().map(|p| p / 2.0)).centre() * 2.0;
     let flat = |f: usize| {
         let p: Vec<DVec3> = mesh.face_points(f).map(|p| (p - centre) / diagonal).collect();
-        face_normal(&p) == DVec3::ZERO || (1..p.len() - 1).map(|k| (p[k] - p[0]).cross(p[k + 1] - p[0]).length()).sum::<f64>() <= LEAST_AREA
+        face_normal(&p) == DVec3::ZERO
+            || (1..p.len() - 1).map(|k| (p[k] - p[0]).cross(p[k + 1] - p[0]).length()).sum::<f64>() <= LEAST_AREA
     };
     if (0..mesh.face_count()).all(flat) {
         let all = (0..mesh.face_count() as u32).collect();
-        return refuse("zero_area", "has no area: all its faces lie on a line or in a point; choose an object with a surface".into(), "faces", all);
+        return refuse(
+            "zero_area",
+            "has no area: all its faces lie on a line or in a point; choose an object with a surface".into(),
+            "faces",
+            all,
+        );
     }
     Ok(())
 }
@@ -95,7 +112,8 @@ fn inspect_edges(mesh: &PolygonMesh) -> Result<(), RetopologizeError> {
     }
     let edges = |flat: &[u32]| count(flat.len() / 2, "edge", "edges");
     if !crowded.is_empty() {
-        let sentence = format!("has {} shared by more than two faces; separate the parts that meet there", edges(&crowded));
+        let sentence =
+            format!("has {} shared by more than two faces; separate the parts that meet there", edges(&crowded));
         return refuse("non_manifold", sentence, "edges", crowded);
     }
     if !opposed.is_empty() {
@@ -112,15 +130,17 @@ fn inspect_edges(mesh: &PolygonMesh) -> Result<(), RetopologizeError> {
 ///
 /// # Errors
 /// [`RetopologizeError::Feature`] with the positions in the lists given.
-pub(crate) fn inspect_features(mesh: &PolygonMesh, features: &Features) -> Result<BTreeSet<[u32; 2]>, RetopologizeError> {
-    let mut edges: Vec<[u32; 2]> =
-        mesh.faces().flat_map(|face| (0..face.len()).map(|k| sorted(face[k], face[(k + 1) % face.len()]))).collect();
-    edges.sort_unstable();
-    edges.dedup();
+pub(crate) fn inspect_features(
+    mesh: &PolygonMesh,
+    features: &Features,
+) -> Result<BTreeSet<[u32; 2]>, RetopologizeError> {
+    let edges = edges_of(mesh);
     let wrong = |code, sentence: String, kind: &'static str, at: Vec<u32>| {
         Err(RetopologizeError::Feature { code, sentence, elements: Elements::from([(kind, at)]) })
     };
-    let strange = indices(features.edges.len(), |k| edges.binary_search(&sorted(features.edges[k][0], features.edges[k][1])).is_err());
+    let strange = indices(features.edges.len(), |k| {
+        edges.binary_search(&sorted(features.edges[k][0], features.edges[k][1])).is_err()
+    });
     if let Some(&first) = strange.first() {
         let [a, b] = features.edges[first as usize];
         let sentence = format!(
@@ -149,7 +169,8 @@ pub(crate) fn inspect_features(mesh: &PolygonMesh, features: &Features) -> Resul
     }
     let mut used = vec![false; mesh.vertex_count()];
     mesh.corner_verts().iter().for_each(|&v| used[v as usize] = true);
-    let loose = indices(features.vertices.len(), |k| !used.get(features.vertices[k] as usize).copied().unwrap_or(false));
+    let loose =
+        indices(features.vertices.len(), |k| !used.get(features.vertices[k] as usize).copied().unwrap_or(false));
     if let Some(&first) = loose.first() {
         let sentence = format!(
             "feature_verts holds {} of no face, the first at position {first}: {}; mark vertices of the surface only",
@@ -161,7 +182,21 @@ pub(crate) fn inspect_features(mesh: &PolygonMesh, features: &Features) -> Resul
     Ok(marked)
 }
 
-fn refuse(code: &'static str, sentence: String, kind: &'static str, elements: Vec<u32>) -> Result<(), RetopologizeError> {
+/// The edges of all faces, lower vertex first, ascending.
+pub(crate) fn edges_of(mesh: &PolygonMesh) -> Vec<[u32; 2]> {
+    let mut edges: Vec<[u32; 2]> =
+        mesh.faces().flat_map(|face| (0..face.len()).map(|k| sorted(face[k], face[(k + 1) % face.len()]))).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+fn refuse(
+    code: &'static str,
+    sentence: String,
+    kind: &'static str,
+    elements: Vec<u32>,
+) -> Result<(), RetopologizeError> {
     Err(RetopologizeError::Invalid { code, sentence, elements: Elements::from([(kind, elements)]) })
 }
 

@@ -22,6 +22,8 @@ mod rails;
 mod sources;
 mod surfaces;
 mod templates;
+#[cfg(test)]
+mod test_bases;
 mod triangulate;
 
 pub use density::Size;
@@ -37,6 +39,7 @@ pub use templates::{Catalogue, Template, TemplateChoice, TemplateError};
 mod assemble;
 pub mod base_error;
 pub mod build;
+mod bulges;
 mod cells;
 mod cut;
 pub mod detect;

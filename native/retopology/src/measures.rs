@@ -5,7 +5,7 @@
 
 use crate::base::Base;
 use crate::error::LayoutError;
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::NONE;
 use solve::components::connected_components;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -83,7 +83,9 @@ impl Measures {
         if let Some(index) = pieces.iter().position(Vec::is_empty) {
             return Err(bad("triangle", index, "no surface triangle belongs to it"));
         }
-        normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+        for n in &mut normals {
+            *n = n.normalize_or_zero();
+        }
 
         // Corners on both sides of an edge that may go belong to one sector.
         let joined = (0..twins.len() as u32).filter(|&h| twins[h as usize] != NONE).filter_map(|h| {
@@ -94,7 +96,9 @@ impl Measures {
         let vertex = |c: Corner| base.triangles[c as usize / 3][c as usize % 3];
         let mut ends = vec![0; base.vertices.len()];
         for (edge, _) in base.edges.iter().zip(&rails).filter(|(_, rail)| **rail) {
-            edge.ends.iter().for_each(|&v| ends[v as usize] += 1);
+            for &v in &edge.ends {
+                ends[v as usize] += 1;
+            }
         }
         let mut sectors: Vec<Sector> = Vec::with_capacity(groups.len());
         for corners in groups {
@@ -102,7 +106,9 @@ impl Measures {
             let total: f64 = corners.iter().map(|&c| angles[c as usize]).sum();
             // One feature that ends here, or none, leaves a full turn, however pointed the surface.
             if ends[vertex as usize] < 2 && total > 0.0 {
-                corners.iter().for_each(|&c| angles[c as usize] *= TAU / total);
+                for &c in &corners {
+                    angles[c as usize] *= TAU / total;
+                }
             }
             let total: f64 = corners.iter().map(|&c| angles[c as usize]).sum();
             sectors.push(Sector { vertex, corners, ideal: (total / FRAC_PI_2).max(1.0) });
@@ -110,14 +116,11 @@ impl Measures {
         sectors.sort_by_key(|sector| (sector.vertex, sector.corners[0]));
         let mut sector_of = vec![0; 3 * count];
         for (index, sector) in sectors.iter().enumerate() {
-            sector.corners.iter().for_each(|&c| sector_of[c as usize] = index as u32);
+            for &c in &sector.corners {
+                sector_of[c as usize] = index as u32;
+            }
         }
         Ok(Self { angles, areas, normals, twins, rails, sectors, sector_of, pieces })
-    }
-
-    /// Area of the whole surface.
-    pub fn area(&self) -> f64 {
-        self.areas.iter().sum()
     }
 }
 
@@ -132,7 +135,10 @@ fn check(base: &Base) -> Result<(), LayoutError> {
     if let Some(i) = find(&mut base.surface.triangles.iter().map(|t| t.iter().any(|&v| v as usize >= points))) {
         return Err(bad("surface triangle", i, "it names a vertex that does not exist"));
     }
-    for (array, name) in [(&base.owner, "every surface triangle needs an owner"), (&base.source, "every surface triangle needs a source")] {
+    for (array, name) in [
+        (&base.owner, "every surface triangle needs an owner"),
+        (&base.source, "every surface triangle needs a source"),
+    ] {
         if array.len() != base.surface.triangles.len() {
             return Err(bad("surface triangle", array.len().min(base.surface.triangles.len()), name));
         }
@@ -144,7 +150,11 @@ fn check(base: &Base) -> Result<(), LayoutError> {
         return Err(bad("vertex", i, "its surface vertex does not exist"));
     }
     if base.triangle_edges.len() != base.triangles.len() {
-        return Err(bad("triangle", base.triangle_edges.len().min(base.triangles.len()), "every triangle needs its edges"));
+        return Err(bad(
+            "triangle",
+            base.triangle_edges.len().min(base.triangles.len()),
+            "every triangle needs its edges",
+        ));
     }
     for (i, edge) in base.edges.iter().enumerate() {
         if edge.ends.iter().any(|&v| v as usize >= vertices) || edge.path.iter().any(|&v| v as usize >= points) {

@@ -9,7 +9,7 @@
 
 use crate::error::LayoutError;
 use crate::surfaces::Chart;
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::Monitor;
 use rayon::prelude::*;
 use solve::cholesky::Factor;
@@ -66,20 +66,21 @@ pub(crate) fn optimise(
 }
 
 fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor: &Monitor) -> Result<(), LayoutError> {
-    let unknown: Vec<usize> =
-        (0..positions.len()).filter(|&v| shape.constraints[v] != Constraint::Fixed).collect();
+    let unknown: Vec<usize> = (0..positions.len()).filter(|&v| shape.constraints[v] != Constraint::Fixed).collect();
     if unknown.is_empty() || rounds == 0 {
         return Ok(());
     }
     let mut slot = vec![usize::MAX; positions.len()];
-    unknown.iter().enumerate().for_each(|(i, &v)| slot[v] = i);
-    let hold: Vec<f64> = unknown
-        .iter()
-        .map(|&v| if shape.constraints[v] == Constraint::Free { ev("HOLD",HOLD) } else { ev("RAIL",HOLD_ON_RAIL) })
-        .collect();
+    for (i, &v) in unknown.iter().enumerate() {
+        slot[v] = i;
+    }
+    let hold: Vec<f64> =
+        unknown.iter().map(|&v| if shape.constraints[v] == Constraint::Free { HOLD } else { HOLD_ON_RAIL }).collect();
     let mut chart = vec![0; positions.len()];
     for (quad, &c) in shape.quads.iter().zip(shape.chart_of) {
-        quad.iter().for_each(|&v| chart[v as usize] = c);
+        for &v in quad {
+            chart[v as usize] = c;
+        }
     }
     // |x_i - mean - target|² over the corners of a quad: 3/4 on the diagonal, -1/4 elsewhere.
     let mut triplets: Vec<(usize, usize, f64)> = hold.iter().enumerate().map(|(i, &w)| (i, i, w)).collect();
@@ -96,7 +97,9 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
     let factor = Factor::new(unknown.len(), &triplets)?;
     let mut around = vec![Vec::new(); positions.len()];
     for (q, quad) in shape.quads.iter().enumerate() {
-        quad.iter().for_each(|&v| around[v as usize].push(q as u32));
+        for &v in quad {
+            around[v as usize].push(q as u32);
+        }
     }
     for _ in 0..rounds {
         monitor.check()?;
@@ -150,9 +153,8 @@ fn advance(shape: &Shape<'_>, around: &[Vec<u32>], unknown: &[usize], feet: &[DV
     let normals: Vec<DVec3> = shape.quads.iter().map(|quad| normal(quad, positions)).collect();
     for (&v, &foot) in unknown.iter().zip(feet) {
         let worst = |positions: &[DVec3]| {
-            let quality = |&q: &u32| {
-                quad_quality(shape.quads[q as usize].map(|v| positions[v as usize]), normals[q as usize])
-            };
+            let quality =
+                |&q: &u32| quad_quality(shape.quads[q as usize].map(|v| positions[v as usize]), normals[q as usize]);
             around[v].iter().map(quality).fold(f64::INFINITY, f64::min)
         };
         let start = positions[v];
@@ -175,10 +177,8 @@ fn rectangle(p: [DVec3; 4], wanted: f64) -> [DVec3; 4] {
     let (a, b) = (u.normalize_or_zero(), v.normalize_or_zero());
     // The bisectors of two directions are square to one another; the sides lie halfway between them.
     let (sum, difference) = ((a + b).normalize_or_zero(), (a - b).normalize_or_zero());
-    let scale = (wanted * wanted / (u.length() * v.length()).max(f64::MIN_POSITIVE)).powf(ev("AREA", AREA_PULL) / 2.0);
+    let scale = (wanted * wanted / (u.length() * v.length()).max(f64::MIN_POSITIVE)).powf(AREA_PULL / 2.0);
     let scale = scale.clamp(1.0 / MOST_SCALE, MOST_SCALE) * 0.5_f64.sqrt();
     let (a, b) = ((sum + difference) * (scale * u.length()), (sum - difference) * (scale * v.length()));
     [(-a - b) / 2.0, (a - b) / 2.0, (a + b) / 2.0, (b - a) / 2.0]
 }
-
-fn ev(n: &str, d: f64) -> f64 { std::env::var(n).map_or(d, |t| t.parse().unwrap()) }

@@ -86,20 +86,25 @@ pub(crate) fn pair(
             if !(2..=3).contains(&most_triangles) {
                 return Err(LayoutError::BadOption { option: "most_triangles", expected: "2 or 3" });
             }
-            programme(base, measures, most_triangles, straight_corners, forced, monitor)
+            let mut problem = Problem::new(base, measures, most_triangles, straight_corners, forced, monitor)?;
+            let taken = problem.solve(monitor)?;
+            Ok(taken.into_iter().map(|c| std::mem::take(&mut problem.patches[c as usize])).collect())
         }
     }
 }
 
 /// Whether a group of triangles, ascending, keeps forced pairs whole and by themselves.
 fn allowed(group: &[u32], forced: &[[u32; 2]]) -> bool {
-    forced.iter().all(|pair| !pair.iter().any(|t| group.contains(t)) || (group.len() == 2 && pair.iter().all(|t| group.contains(t))))
+    forced.iter().all(|pair| {
+        !pair.iter().any(|t| group.contains(t)) || (group.len() == 2 && pair.iter().all(|t| group.contains(t)))
+    })
 }
 
 /// Half-edges, one for each base edge that may go and lies between two triangles.
 fn removable(base: &Base, measures: &Measures) -> impl Iterator<Item = u32> {
     let rail = |h: u32| measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
-    (0..measures.twins.len() as u32).filter(move |&h| measures.twins[h as usize] > h && measures.twins[h as usize] != NONE && !rail(h))
+    (0..measures.twins.len() as u32)
+        .filter(move |&h| measures.twins[h as usize] > h && measures.twins[h as usize] != NONE && !rail(h))
 }
 
 /// Equation 4 for the two triangles on both sides of a half-edge.
@@ -227,7 +232,8 @@ fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32]) -> Vec<(
             let mut cost = f64::from(4_u32.abs_diff(corners.len() as u32));
             cost += ANGLE_WEIGHT * (0..n).map(off).sum::<f64>() + FOLD_WEIGHT * fold;
             if corners.len() == 4 {
-                let length: Vec<f64> = patch.sides().map(|side| side.iter().map(|&h| edge_length(base, h)).sum()).collect();
+                let length: Vec<f64> =
+                    patch.sides().map(|side| side.iter().map(|&h| edge_length(base, h)).sum()).collect();
                 let ratio = (length[0] / length[2]).ln().powi(2) + (length[1] / length[3]).ln().powi(2);
                 cost += RATIO_WEIGHT * ratio.min(4.0);
             }
@@ -244,7 +250,7 @@ fn inner_pairs<'a>(base: &'a Base, measures: &'a Measures, group: &'a [u32]) -> 
     group.iter().flat_map(|&t| 3 * t..3 * t + 3).filter_map(move |h| {
         let twin = measures.twins[h as usize];
         let rail = measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
-        (twin != NONE && twin > h && !rail && group.contains(&(twin / 3))).then(|| [h / 3, twin / 3])
+        (twin != NONE && twin > h && !rail && group.contains(&(twin / 3))).then_some([h / 3, twin / 3])
     })
 }
 
@@ -255,43 +261,138 @@ fn edge_length(base: &Base, h: u32) -> f64 {
     path.windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
-fn programme(
-    base: &Base,
-    measures: &Measures,
-    most: usize,
-    straight_corners: bool,
-    forced: &[[u32; 2]],
-    monitor: &Monitor,
-) -> Result<Vec<Patch>, LayoutError> {
-    let (mut patches, choices): (Vec<Patch>, Vec<Choice>) = candidates(base, measures, most, straight_corners, forced, monitor)?.into_iter().unzip();
-    let mut on_border = vec![false; base.vertices.len()];
-    let mut neighbours = vec![Vec::new(); base.triangles.len()];
-    for (h, &twin) in measures.twins.iter().enumerate() {
-        if twin == NONE {
-            for k in [h % 3, (h + 1) % 3] {
-                on_border[base.triangles[h / 3][k] as usize] = true;
+/// The choice of patches as the solver sees it.
+struct Problem {
+    patches: Vec<Patch>,
+    choices: Vec<Choice>,
+    goals: Vec<Goal>,
+    neighbours: Vec<Vec<u32>>,
+    start: Vec<u32>,
+}
+
+impl Problem {
+    fn new(
+        base: &Base,
+        measures: &Measures,
+        most: usize,
+        straight_corners: bool,
+        forced: &[[u32; 2]],
+        monitor: &Monitor,
+    ) -> Result<Self, LayoutError> {
+        let (patches, choices): (Vec<Patch>, Vec<Choice>) =
+            candidates(base, measures, most, straight_corners, forced, monitor)?.into_iter().unzip();
+        let mut on_border = vec![false; base.vertices.len()];
+        let mut neighbours = vec![Vec::new(); base.triangles.len()];
+        for (h, &twin) in measures.twins.iter().enumerate() {
+            if twin == NONE {
+                for k in [h % 3, (h + 1) % 3] {
+                    on_border[base.triangles[h / 3][k] as usize] = true;
+                }
+            } else if !measures.rails[base.triangle_edges[h / 3][h % 3] as usize] {
+                neighbours[h / 3].push(twin / 3);
             }
-        } else if !measures.rails[base.triangle_edges[h / 3][h % 3] as usize] {
-            neighbours[h / 3].push(twin / 3);
+        }
+        let goal = |sector: &Sector| {
+            // Two quads alone at a vertex would share two edges.
+            let least_at_vertex = if on_border[sector.vertex as usize] { 1 } else { 3 };
+            // A quad with a straight corner between features stays flat there, whatever moves.
+            let least = (sector.ideal + STRAIGHT).floor().max(1.0) as i32;
+            Goal { vertex: sector.vertex, ideal: sector.ideal, least, least_at_vertex }
+        };
+        let goals = measures.sectors.iter().map(goal).collect();
+        // Each triangle by itself is always a way, but for forced pairs.
+        let start = (0..choices.len() as u32)
+            .filter(|&c| {
+                let (Choice { triangles, .. }, patch) = (&choices[c as usize], &patches[c as usize]);
+                let is_forced = forced.iter().any(|pair| pair.contains(&triangles[0]));
+                patch.corners.len() == patch.border.len() && triangles.len() == if is_forced { 2 } else { 1 }
+            })
+            .collect();
+        Ok(Self { patches, choices, goals, neighbours, start })
+    }
+
+    fn solve(&self, monitor: &Monitor) -> Result<Vec<u32>, LayoutError> {
+        Ok(anneal::choose(&self.choices, self.neighbours.len(), &self.neighbours, &self.goals, &self.start, monitor)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_bases::{all, base, octahedron, tetrahedron};
+    use mesh::DVec3;
+
+    /// The least cost of a pick, by trying all: squared misses of the sectors and what the patches cost.
+    fn least(choices: &[Choice], goals: &[Goal], taken: &mut Vec<usize>, bare: &mut [bool]) -> f64 {
+        let Some(t) = bare.iter().position(|&bare| bare) else {
+            let mut total: f64 = taken.iter().map(|&c| choices[c].cost).sum();
+            for (s, goal) in goals.iter().enumerate() {
+                let at = |sector: u32| -> i32 {
+                    let all = taken.iter().flat_map(|&c| &choices[c].quads);
+                    all.filter(|q| q.0 == sector).map(|q| q.1).sum()
+                };
+                let same = (0..goals.len()).filter(|&o| goals[o].vertex == goal.vertex);
+                let whole: i32 = same.map(|o| at(o as u32)).sum();
+                let quads = at(s as u32);
+                let missing = (goal.least - quads).max(0) + (goal.least_at_vertex - whole).max(0);
+                total += anneal::MISSING * f64::from(missing);
+                total += (f64::from(quads) - goal.ideal).powi(2);
+            }
+            return total;
+        };
+        let mut best = f64::INFINITY;
+        for (c, choice) in choices.iter().enumerate() {
+            let own = &choice.triangles;
+            if own.contains(&(t as u32)) && own.iter().all(|&t| bare[t as usize]) {
+                for &t in own {
+                    bare[t as usize] = false;
+                }
+                taken.push(c);
+                best = best.min(least(choices, goals, taken, bare));
+                taken.pop();
+                for &t in own {
+                    bare[t as usize] = true;
+                }
+            }
+        }
+        best
+    }
+
+    #[test]
+    fn the_search_finds_the_best_pick_of_tiny_bases() {
+        for (base, most) in [
+            (base(&octahedron(), 4, 4.0, &DVec3::normalize), 2),
+            (base(&tetrahedron(), 4, 0.5, &|p| p), 3),
+            (base(&tetrahedron(), 4, 4.0, &DVec3::normalize), 3),
+            (base(&testkit::shapes::sheet(2, 1), 4, 4.0, &|p| p), 3),
+        ] {
+            let measures = Measures::new(&base).unwrap();
+            let problem = Problem::new(&base, &measures, most, true, &[], &Monitor::new()).unwrap();
+            let taken = problem.solve(&Monitor::new()).unwrap();
+            let count = base.triangles.len();
+            let found = anneal::cost(&problem.choices, count, &problem.goals, &taken);
+            let best = least(&problem.choices, &problem.goals, &mut vec![], &mut vec![true; count]);
+            assert!((found - best).abs() < 1e-9, "{found} {best}");
         }
     }
-    let goal = |sector: &Sector| {
-        // Two quads alone at a vertex would share two edges.
-        let least_at_vertex = if on_border[sector.vertex as usize] { 1 } else { 3 };
-        // A quad with a straight corner between features stays flat there, whatever moves.
-        let least = (sector.ideal + STRAIGHT).floor().max(1.0) as i32;
-        Goal { vertex: sector.vertex, ideal: sector.ideal, least, least_at_vertex }
-    };
-    let goals: Vec<Goal> = measures.sectors.iter().map(goal).collect();
-    // Each triangle by itself is always a way.
-    let start: Vec<u32> = (0..choices.len() as u32)
-        .filter(|&c| {
-            let Choice { triangles, .. } = &choices[c as usize];
-            let whole = patches[c as usize].corners.len() == patches[c as usize].border.len();
-            let is_forced = forced.iter().any(|pair| pair.contains(&triangles[0]));
-            whole && triangles.len() == if is_forced { 2 } else { 1 }
-        })
-        .collect();
-    let taken = anneal::choose(&choices, base.triangles.len(), &neighbours, &goals, &start, monitor)?;
-    Ok(taken.into_iter().map(|c| std::mem::take(&mut patches[c as usize])).collect())
+
+    #[test]
+    fn every_triangle_is_in_one_patch_and_no_patch_crosses_a_feature() {
+        for (name, base) in all() {
+            let measures = Measures::new(&base).unwrap();
+            for pairing in [Pairing::PAPER, Pairing::default()] {
+                let patches = pair(&base, &measures, pairing, true, &[], &Monitor::new()).unwrap();
+                let mut seen = vec![0; base.triangles.len()];
+                patches.iter().flat_map(|p| &p.triangles).for_each(|&t| seen[t as usize] += 1);
+                assert!(seen.iter().all(|&n| n == 1), "{name}");
+                for patch in &patches {
+                    let rim: Vec<u32> =
+                        patch.border.iter().map(|&h| base.triangle_edges[h as usize / 3][h as usize % 3]).collect();
+                    let all = patch.triangles.iter().flat_map(|&t| base.triangle_edges[t as usize]);
+                    assert!(all.filter(|&e| measures.rails[e as usize]).all(|e| rim.contains(&e)), "{name}");
+                    assert_eq!(patch.border.len(), patch.triangles.len() + 2);
+                }
+            }
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::base::Base;
 use crate::measures::{Corner, Measures, next};
+use crate::templates::Chosen;
 use mesh::NONE;
 
 /// A disk of base triangles that is filled as one.
@@ -15,6 +16,17 @@ pub(crate) struct Patch {
     pub corners: Vec<usize>,
     /// Its template among those chosen, if it has one.
     pub template: Option<usize>,
+}
+
+/// What is filled: patches on a surface, and how large their quads shall be beside one another.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plan<'a> {
+    pub base: &'a Base,
+    pub measures: &'a Measures,
+    pub patches: &'a [Patch],
+    pub templates: &'a [Chosen],
+    /// Relative edge length at each vertex of the surface.
+    pub size: &'a [f64],
 }
 
 /// The rim of a few base triangles.

@@ -11,7 +11,7 @@ use crate::detect::sharp_edges;
 use crate::failure::RetopologizeError;
 use crate::features::Features;
 use crate::input::{Placement, normalised};
-use crate::inspect::{inspect, inspect_features};
+use crate::inspect::{edges_of, inspect, inspect_features};
 use crate::measures::Measures;
 use crate::output::{BasePath, FeatureKind, Output, OutputFeature, Report};
 use crate::quads::{LayoutOptions, Quads, quads_from_base};
@@ -92,16 +92,18 @@ pub fn retopologize(
     }
     check_size(&input, &layout)?;
     clock.lap("triangulate");
-    let mut kinds: BTreeMap<[u32; 2], FeatureKind> = marked.into_iter().map(|edge| (edge, FeatureKind::Marked)).collect();
+    let mut kinds: BTreeMap<[u32; 2], FeatureKind> =
+        marked.into_iter().map(|edge| (edge, FeatureKind::Marked)).collect();
     let mut all = features.clone();
     let mut edges_detected = 0;
     if let Some(detection) = &options.base.detect {
         let topology = Topology::of_triangles(&input.mesh);
         // Diagonals of bent quads may be as sharp as an edge, but are none.
-        let is_edge = input.edges_of(mesh);
+        let edges = edges_of(mesh);
         for edge in sharp_edges(&input.mesh, &topology, &features.edges, detection)? {
-            if is_edge(edge) {
-                kinds.insert(sorted(edge[0], edge[1]), FeatureKind::Detected);
+            let edge = sorted(edge[0], edge[1]);
+            if edges.binary_search(&edge).is_ok() {
+                kinds.insert(edge, FeatureKind::Detected);
                 all.edges.push(edge);
                 edges_detected += 1;
             }
@@ -186,7 +188,8 @@ fn check_size(input: &Triangulated, layout: &LayoutOptions) -> Result<(), Retopo
     if layout.density.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
         return bad("density must be a positive number at every vertex".into());
     }
-    let size = |t: &[u32; 3]| t.iter().map(|&v| layout.density.get(v as usize).copied().unwrap_or(1.0)).sum::<f64>() / 3.0;
+    let size =
+        |t: &[u32; 3]| t.iter().map(|&v| layout.density.get(v as usize).copied().unwrap_or(1.0)).sum::<f64>() / 3.0;
     let area: f64 = (0..)
         .zip(&input.mesh.triangles)
         .map(|(t, corners)| input.mesh.area_normal(t).length() / 2.0 / size(corners).powi(2))
@@ -195,23 +198,15 @@ fn check_size(input: &Triangulated, layout: &LayoutOptions) -> Result<(), Retopo
         Size::TargetFaces(faces) if faces == 0 || faces as f64 > MOST_FACES => {
             bad(format!("target_faces is {faces}, but it must lie between 1 and {MOST_FACES}"))
         }
-        Size::EdgeLength(length) if !(length > 0.0 && length.is_finite()) => bad("edge_length must be a positive number".into()),
+        Size::EdgeLength(length) if !(length > 0.0 && length.is_finite()) => {
+            bad("edge_length must be a positive number".into())
+        }
         Size::EdgeLength(length) if area / length.powi(2) > MOST_FACES => bad(format!(
             "edge_length would give about {:.0} million quads, but {:.0} million is the most; make it longer",
             area / length.powi(2) / 1e6,
             MOST_FACES / 1e6
         )),
         _ => Ok(()),
-    }
-}
-
-impl Triangulated {
-    /// Tells the edges of faces from the diagonals between triangles.
-    fn edges_of(&self, mesh: &PolygonMesh) -> impl Fn([u32; 2]) -> bool + use<> {
-        let mut edges: Vec<[u32; 2]> =
-            mesh.faces().flat_map(|face| (0..face.len()).map(|k| sorted(face[k], face[(k + 1) % face.len()]))).collect();
-        edges.sort_unstable();
-        move |[a, b]| edges.binary_search(&sorted(a, b)).is_ok()
     }
 }
 
@@ -229,7 +224,8 @@ fn input_chains(built: &Built, count: usize) -> Vec<Vec<[u32; 2]>> {
 fn in_scene(quads: &Quads, base: &Base, mesh: &PolygonMesh, placement: Placement) -> PolygonMesh {
     let place = |(v, &p): (usize, &DVec3)| {
         let at = quads.base_vertex[v];
-        let exact = (at != NONE).then(|| base.vertices[at as usize] as usize).filter(|&s| base.surface.positions[s] == p);
+        let exact =
+            (at != NONE).then(|| base.vertices[at as usize] as usize).filter(|&s| base.surface.positions[s] == p);
         exact.and_then(|s| mesh.positions.get(s).copied()).unwrap_or_else(|| placement.to_scene(p))
     };
     quads.mesh.with_positions(quads.mesh.positions.iter().enumerate().map(place).collect())

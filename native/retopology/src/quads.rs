@@ -7,6 +7,7 @@ use crate::fill::{self, Filled, Place};
 use crate::measures::Measures;
 use crate::optimise::{Shape, optimise};
 use crate::pairing::{Pairing, pair};
+use crate::patch::Plan;
 use crate::rails::Rails;
 use crate::surfaces::{Chart, charts};
 use crate::templates::{self, Catalogue, TemplateChoice};
@@ -145,24 +146,15 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     }
     clock.stop("pairing");
 
+    let plan = Plan { base, measures: &measures, patches: &patches, templates: &templates, size: &size };
     monitor.stage("density", 0.2)?;
-    let counts = density::count(base, &measures, &patches, &templates, &size, options.size, options.irregularity, monitor)?;
+    let counts = density::count(plan, options.size, options.irregularity, monitor)?;
     clock.stop("density");
 
     monitor.stage("fill", 0.4)?;
-    let topologies = fill::topologies(base, &patches, &templates, &counts.of_edge, monitor)?;
+    let topologies = fill::topologies(plan, &counts.of_edge, monitor)?;
     let rails = Rails::new(base, &measures);
-    let filled = fill::fill(
-        base,
-        &measures,
-        &patches,
-        &counts.of_edge,
-        &size,
-        &topologies,
-        &rails,
-        counts.edge_length,
-        monitor,
-    )?;
+    let filled = fill::fill(plan, &counts, &topologies, &rails, monitor)?;
     clock.stop("fill");
 
     monitor.stage("optimise", 0.6)?;
@@ -295,7 +287,9 @@ impl Work<'_> {
             if self.rails.of_edge[e].is_none() {
                 along.clear();
             }
-            along.iter_mut().for_each(|v| *v = new_index[*v as usize]);
+            for v in along {
+                *v = new_index[*v as usize];
+            }
         }
         self.filled.quads = better.patch.quads;
         self.filled.positions = better.patch.positions;
@@ -308,9 +302,11 @@ impl Work<'_> {
     fn sources(&self) -> Vec<SourcePoint> {
         let mut chart = vec![0; self.filled.positions.len()];
         for (quad, &c) in self.filled.quads.iter().zip(&self.chart_of_quad) {
-            quad.iter().for_each(|&v| chart[v as usize] = c);
+            for &v in quad {
+                chart[v as usize] = c;
+            }
         }
-        let find = |(&p, &c): (&glam::DVec3, &u32)| {
+        let find = |(&p, &c): (&mesh::DVec3, &u32)| {
             let found = self.charts[c as usize].find(p);
             let triangle = self.base.source.get(found.triangle as usize).copied().unwrap_or(NONE);
             SourcePoint { triangle, surface_triangle: found.triangle, barycentric: found.barycentric }
@@ -330,7 +326,7 @@ impl SourcePoint {
         if squared <= 0.0 {
             return [1.0, 0.0, 0.0];
         }
-        let part = |from: glam::DVec3, to: glam::DVec3| (from - point).cross(to - point).dot(normal).max(0.0) / squared;
+        let part = |from: mesh::DVec3, to: mesh::DVec3| (from - point).cross(to - point).dot(normal).max(0.0) / squared;
         let weights = [part(b, c), part(c, a), part(a, b)];
         let sum = weights.iter().sum::<f64>();
         weights.map(|w| w / sum)

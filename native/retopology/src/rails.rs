@@ -2,7 +2,7 @@
 
 use crate::base::Base;
 use crate::measures::Measures;
-use glam::DVec3;
+use mesh::DVec3;
 use std::f64::consts::PI;
 use surface::smooth_star::Polyline;
 
@@ -53,8 +53,13 @@ impl Rails {
                 _ => true,
             })
             .collect();
-        let mut rails =
-            Self { lines: vec![], steps: vec![], of_edge: vec![None; base.edges.len()], of_vertex: vec![None; count], corner };
+        let mut rails = Self {
+            lines: vec![],
+            steps: vec![],
+            of_edge: vec![None; base.edges.len()],
+            of_vertex: vec![None; count],
+            corner,
+        };
         // From corners first; what is left are closed lines without one.
         for from_corners in [true, false] {
             for v in 0..count as u32 {

@@ -75,9 +75,11 @@ fn barycentric(point: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     }
     let corners = [a, b, c];
     let side = |k: usize| corners[(k + 1) % 3] - corners[k];
-    let longest = (0..3).fold(0, |best, k| if side(k).length_squared() > side(best).length_squared() { k } else { best });
+    let longest =
+        (0..3).fold(0, |best, k| if side(k).length_squared() > side(best).length_squared() { k } else { best });
     let squared = side(longest).length_squared();
-    let at = if squared > 0.0 { ((point - corners[longest]).dot(side(longest)) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    let at =
+        if squared > 0.0 { ((point - corners[longest]).dot(side(longest)) / squared).clamp(0.0, 1.0) } else { 0.0 };
     let mut weights = [0.0; 3];
     (weights[longest], weights[(longest + 1) % 3]) = (1.0 - at, at);
     weights
@@ -111,13 +113,18 @@ fn charts_of_quads(base: &Base, quads: &Quads, chart_of: &[u32]) -> Vec<u32> {
         .map(|h| (h / 4, topology.twin[h as usize] / 4));
     let mut chart_of_quad = vec![NONE; quads.mesh.face_count()];
     for group in connected_components(quads.mesh.face_count(), joined) {
-        let half_edges = || group.iter().flat_map(|&q| 4 * q..4 * q + 4);
-        let beside_feature = half_edges().find_map(|h| features.get(&[topology.from(h), topology.to(h)])).copied();
+        let beside_feature = group
+            .iter()
+            .flat_map(|&q| 4 * q..4 * q + 4)
+            .find_map(|h| features.get(&[topology.from(h), topology.to(h)]))
+            .copied();
         let triangle = beside_feature.unwrap_or_else(|| {
             let v = quads.mesh.face(group[0] as usize)[0];
             base.owner[quads.source[v as usize].surface_triangle as usize]
         });
-        group.iter().for_each(|&q| chart_of_quad[q as usize] = chart_of[triangle as usize]);
+        for q in group {
+            chart_of_quad[q as usize] = chart_of[triangle as usize];
+        }
     }
     chart_of_quad
 }

@@ -4,7 +4,7 @@
 
 use crate::base::Base;
 use crate::measures::Measures;
-use glam::DVec3;
+use mesh::DVec3;
 use mesh::{NONE, TriangleMesh};
 use rayon::prelude::*;
 use solve::components::connected_components;
@@ -29,7 +29,9 @@ pub(crate) fn charts(base: &Base, measures: &Measures) -> (Vec<Chart>, Vec<u32>)
     let groups = connected_components(base.triangles.len(), joined);
     let mut chart_of = vec![0; base.triangles.len()];
     for (chart, group) in groups.iter().enumerate() {
-        group.iter().for_each(|&t| chart_of[t as usize] = chart as u32);
+        for &t in group {
+            chart_of[t as usize] = chart as u32;
+        }
     }
     let charts = groups
         .into_par_iter()

@@ -70,13 +70,17 @@ pub enum TemplateError {
         name: String,
     },
     /// A choice for an edge that is no diagonal of a pair.
-    #[error("base edge {edge} is no diagonal of a pair of triangles: it is a feature, a border, or its pair touches itself or another choice's")]
+    #[error(
+        "base edge {edge} is no diagonal of a pair of triangles: it is a feature, a border, or its pair touches itself or another choice's"
+    )]
     NoPair {
         /// The base edge.
         edge: u32,
     },
     /// The counts along a patch cannot be made to fit.
-    #[error("the template at base edge {edge} cannot have the counts of its neighbours; choose templates farther apart")]
+    #[error(
+        "the template at base edge {edge} cannot have the counts of its neighbours; choose templates farther apart"
+    )]
     DoesNotFit {
         /// The base edge.
         edge: u32,
@@ -225,7 +229,10 @@ mod tests {
     #[test]
     fn bad_catalogues_are_refused_with_a_reason() {
         assert!(matches!(Catalogue::from_json("{"), Err(TemplateError::Unreadable { .. })));
-        assert!(matches!(Catalogue::from_json(r#"{"templates": [], "more": 1}"#), Err(TemplateError::Unreadable { .. })));
+        assert!(matches!(
+            Catalogue::from_json(r#"{"templates": [], "more": 1}"#),
+            Err(TemplateError::Unreadable { .. })
+        ));
         let one = |sides: &str, quads: &str| {
             Catalogue::from_json(&format!(r#"{{"templates": [{{"name": "t", "sides": {sides}, "quads": {quads}}}]}}"#))
         };
@@ -238,7 +245,10 @@ mod tests {
             (square, "[[0,1,2,3],[4,5,6,7]]"),
             (square, "[]"),
         ] {
-            assert!(matches!(one(sides, quads), Err(TemplateError::Bad { name, .. }) if name == "t"), "{sides} {quads}");
+            assert!(
+                matches!(one(sides, quads), Err(TemplateError::Bad { name, .. }) if name == "t"),
+                "{sides} {quads}"
+            );
         }
         assert!(matches!(Catalogue::default().pattern("none"), Err(TemplateError::Unknown { .. })));
     }

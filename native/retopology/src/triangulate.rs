@@ -84,7 +84,8 @@ impl Triangulated {
     pub fn spread(&self, given: &[f64]) -> Vec<f64> {
         let mut values = given.to_vec();
         if !given.is_empty() {
-            values.extend(self.halves.iter().map(|ends| ends.map(|v| given[v as usize]).iter().product::<f64>().sqrt()));
+            values
+                .extend(self.halves.iter().map(|ends| ends.map(|v| given[v as usize]).iter().product::<f64>().sqrt()));
         }
         values
     }
@@ -109,7 +110,8 @@ fn split_quad(p: &[DVec3]) -> Vec<[usize; 3]> {
 fn cut_ears(points: &[DVec3]) -> Vec<[usize; 3]> {
     let normal = face_normal(points);
     let n = points.len();
-    let (mut before, mut after): (Vec<usize>, Vec<usize>) = ((0..n).map(|k| (k + n - 1) % n).collect(), (0..n).map(|k| (k + 1) % n).collect());
+    let (mut before, mut after): (Vec<usize>, Vec<usize>) =
+        ((0..n).map(|k| (k + n - 1) % n).collect(), (0..n).map(|k| (k + 1) % n).collect());
     let area = |[a, b, c]: [usize; 3]| (points[b] - points[a]).cross(points[c] - points[a]).dot(normal);
     let quality = |t: [usize; 3]| {
         let squares: f64 = (0..3).map(|k| points[t[k]].distance_squared(points[t[(k + 1) % 3]])).sum();

@@ -32,7 +32,20 @@ fn concave_faces_are_covered_once() {
         .map(|k| (f64::from(k) * std::f64::consts::TAU / 30.0, if k % 2 == 0 { 1.0 } else { 0.3 }))
         .map(|(angle, r)| (r * angle.cos(), r * angle.sin()))
         .collect();
-    let comb = vec![(0.0, 0.0), (5.0, 0.0), (5.0, 2.0), (4.0, 2.0), (4.0, 1.0), (3.0, 1.0), (3.0, 2.0), (2.0, 2.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
+    let comb = vec![
+        (0.0, 0.0),
+        (5.0, 0.0),
+        (5.0, 2.0),
+        (4.0, 2.0),
+        (4.0, 1.0),
+        (3.0, 1.0),
+        (3.0, 2.0),
+        (2.0, 2.0),
+        (2.0, 1.0),
+        (1.0, 1.0),
+        (1.0, 2.0),
+        (0.0, 2.0),
+    ];
     let arrow = vec![(0.0, 0.0), (2.0, 1.0), (0.0, 2.0), (1.8, 1.0)];
     // Many corners on one line, as below a row of smaller faces.
     let lined: Vec<(f64, f64)> = (0..20).map(|k| (f64::from(k) * 0.1, 0.0)).chain([(1.9, 1.0), (0.0, 1.0)]).collect();

@@ -247,6 +247,21 @@ fn a_cube_with_its_edges_marked_has_its_corners() {
 }
 
 #[test]
+fn fingers_get_sites_on_their_tips() {
+    // Spheres pulled out into fingers along x, thinner than a base edge, of many lengths.
+    let sphere = shapes::sphere(40);
+    let mut bulges = 0;
+    for length in 1..8 {
+        let pull = |p: &DVec3| {
+            if p.x > 0.97 { DVec3::new(p.x + f64::from(10 * length) * (p.x - 0.97), p.y, p.z) } else { *p }
+        };
+        let mesh = sphere.with_positions(sphere.positions.iter().map(pull).collect());
+        bulges += accept(&mesh, &Features::default(), 24).report.bulges;
+    }
+    assert!(bulges > 0);
+}
+
+#[test]
 fn genus_11_with_marked_edges_and_vertices() {
     let holes: BTreeSet<(i32, i32)> = (0..12).filter(|k| *k != 7).map(|k| (2 * (k % 4) + 1, 2 * (k / 4) + 1)).collect();
     let mesh = punched_block(9, 7, &holes, 2);

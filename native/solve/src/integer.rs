@@ -399,6 +399,7 @@ fn run_highs(
         model.try_set_option("random_seed", 1).map_err(&refused)?;
         // Restarts at the root, which no node limit counts, took up to 40% of the time and found nothing better.
         model.try_set_option("mip_allow_restart", false).map_err(&refused)?;
+        model.try_set_option("mip_heuristic_run_feasibility_jump", false).map_err(&refused)?;
         model.try_set_option("mip_rel_gap", options.relative_gap).map_err(&refused)?;
         model
             .try_set_option("mip_max_nodes", i32::try_from(options.max_nodes).unwrap_or(i32::MAX))

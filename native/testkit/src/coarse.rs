@@ -101,8 +101,8 @@ mod tests {
         assert!((oracle::volume(&mesh) / (4.0 / 3.0 * std::f64::consts::PI) - 1.0).abs() < 0.05);
         assert_eq!((fine.triangles.len(), fine.edges.len()), (12 * 64, 18));
         for (owner, edges) in fine.triangle_edges.iter().enumerate() {
-            for k in 0..3 {
-                let (ends, path) = &fine.edges[edges[k] as usize];
+            for (k, &edge) in edges.iter().enumerate() {
+                let (ends, path) = &fine.edges[edge as usize];
                 let own = [fine.coarse[owner][k], fine.coarse[owner][(k + 1) % 3]];
                 assert!(*ends == own || *ends == [own[1], own[0]]);
                 assert_eq!([path[0], path[8]], *ends);

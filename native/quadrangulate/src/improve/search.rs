@@ -9,9 +9,9 @@ use surface::smooth::Constraint;
 use surface::smooth_star::{Goal, Reference, Star, Track, quad_quality};
 
 /// Sequences tried on the surface for one vertex and depth.
-const TRIALS: usize = 6;
+const TRIALS: usize = 4;
 /// The same at a bad quad.
-const TRIALS_AT_BAD: usize = 24;
+const TRIALS_AT_BAD: usize = 12;
 /// How much worse the valences may get on the way to something better.
 const SLACK: i32 = 1;
 /// The same at a bad quad: its cure may take two new irregular vertices.
@@ -30,8 +30,13 @@ const SIZE_WEIGHT: f64 = 0.1;
 /// Sweeps of smoothing after a change, and those after which it is looked at first.
 const SWEEPS: usize = 6;
 const FIRST_SWEEPS: usize = 2;
-/// A change whose cost has grown by more than this after the first sweeps is not worth the others.
-const HOPELESS: f64 = 1.0;
+/// How far a vertex looks at first, in edge lengths, and below what it has found its place.
+const FIRST_STEP: f64 = 0.15;
+const SETTLED: f64 = 0.02;
+/// A change whose cost has grown by more than this after the first sweeps is not worth the others: one that takes
+/// irregular vertices out, and one that does not. Of 14,000 changes tried, these bounds gave up 9,000 after the first
+/// sweeps, 180 of them among the 1,670 that would have been kept, most with little to gain.
+const HOPELESS: [f64; 2] = [1.0, 0.2];
 
 struct Plan {
     gain: i32,
@@ -197,10 +202,11 @@ impl<'a> Search<'a> {
         }
         self.extend_normals();
         let gain = f64::from(plan.gain) - badness_before;
-        self.relax(&region, 0..FIRST_SWEEPS);
-        let is_hopeless = gain + self.judge(&region).0 > HOPELESS;
+        let mut steps = vec![FIRST_STEP; region.len()];
+        self.relax(&region, &mut steps, 0..FIRST_SWEEPS);
+        let is_hopeless = gain + self.judge(&region).0 > HOPELESS[usize::from(plan.gain >= 0)];
         if !is_hopeless {
-            self.relax(&region, FIRST_SWEEPS..SWEEPS);
+            self.relax(&region, &mut steps, FIRST_SWEEPS..SWEEPS);
         }
         let (badness, worst) = self.judge(&region);
         if !is_hopeless && gain + badness < -0.05 && worst >= worst_before.min(self.options.floor) {
@@ -281,15 +287,15 @@ impl<'a> Search<'a> {
         (cost, worst)
     }
 
-    /// Smooths the free vertices among the given ones: shape first, then the worst quads.
-    fn relax(&mut self, vertices: &[u32], sweeps: Range<usize>) {
+    /// Smooths the free vertices among the given ones: shape first, then the worst quads. `steps` says how far each looks.
+    fn relax(&mut self, vertices: &[u32], steps: &mut [f64], sweeps: Range<usize>) {
         let mut star = Star::default();
-        let mut steps = vec![0.15; vertices.len()];
         for sweep in sweeps {
             let goal = if sweep < 4 { Goal::Shape } else { Goal::Worst };
-            for (&v, step) in vertices.iter().zip(&mut steps) {
+            for (&v, step) in vertices.iter().zip(steps.iter_mut()) {
                 // Chain vertices slide when the whole patch is smoothed.
-                if self.mesh.constraints[v as usize] != Constraint::Free
+                if *step < SETTLED
+                    || self.mesh.constraints[v as usize] != Constraint::Free
                     || self.mesh.anchored[v as usize]
                     || self.mesh.around[v as usize].is_empty()
                 {
