@@ -215,10 +215,24 @@ fn to_exception(py: Python<'_>, error: RetopologizeError) -> PyErr {
         RetopologizeError::Feature { code, elements, .. } => {
             errors::raise::<QuadloomError>(py, code, sentence, None, named(&elements))
         }
-        RetopologizeError::Option(_) => errors::raise_plain::<QuadloomError>(py, "option", sentence),
+        RetopologizeError::Option(_) => errors::raise_plain::<QuadloomError>(py, "option", in_keywords(&sentence)),
         RetopologizeError::Cancelled(_) => worker::cancelled(py),
         RetopologizeError::Internal { .. } => errors::raise_plain::<InternalError>(py, "internal", sentence),
     }
+}
+
+/// A sentence about an option of the crate, with the keyword's name.
+fn in_keywords(sentence: &str) -> String {
+    let keywords = [
+        ("start_angle", "detect_angle"),
+        ("continue_angle", "detect_continue_angle"),
+        ("min_length", "detect_length"),
+        ("vertices", "base_vertices"),
+    ];
+    keywords.iter().fold(sentence.to_owned(), |text, (field, keyword)| {
+        text.replace(&format!("option {field} must"), &format!("option {keyword} must"))
+            .replace(&format!("to {field}"), &format!("to {keyword}"))
+    })
 }
 
 fn named(elements: &Elements) -> impl Iterator<Item = (String, &[u32])> {

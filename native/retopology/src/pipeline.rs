@@ -113,6 +113,10 @@ pub fn retopologize(
     let base_options = BaseOptions { detect: None, ..options.base.clone() };
     let built = monitor.within(0.02, 0.45, || build_base(&input.mesh, &all, &base_options, monitor))?;
     clock.add(&built.report.seconds);
+    // Marked vertices, and the corners that the caller's angle makes.
+    let network = &built.fieldwork.network;
+    let stays = |v: &u32| network.corners.binary_search(v).is_ok() || network.points.binary_search(v).is_ok();
+    layout.fixed = (0..).zip(&built.base.vertices).filter(|(_, v)| stays(v)).map(|(k, _)| k).collect();
     let quads = monitor.within(0.45, 0.95, || quads_from_base(&built.base, &layout, monitor))?;
     clock.add(&quads.report.seconds);
 
