@@ -39,6 +39,7 @@ pub use templates::{Catalogue, Template, TemplateChoice, TemplateError};
 mod assemble;
 pub mod base_error;
 pub mod build;
+mod breakpoints;
 mod bulges;
 mod cells;
 mod cut;
