@@ -96,6 +96,8 @@ pub struct Report {
     pub features_reproduced: f64,
     /// Edges that detection made features.
     pub edges_detected: usize,
+    /// Edges of features left out because the features are much shorter than a quad.
+    pub edges_dropped: usize,
     /// Sentences for the artist.
     pub warnings: Vec<String>,
     /// Seconds spent in each stage; the only part of the output that differs between runs.

@@ -90,7 +90,7 @@ pub fn retopologize(
     if let Size::EdgeLength(length) = &mut layout.size {
         *length /= placement.scale;
     }
-    check_size(&input, &layout)?;
+    let final_edge = edge_length(&input, &layout)?;
     clock.lap("triangulate");
     let mut kinds: BTreeMap<[u32; 2], FeatureKind> =
         marked.into_iter().map(|edge| (edge, FeatureKind::Marked)).collect();
@@ -110,7 +110,11 @@ pub fn retopologize(
         }
         clock.lap("detect");
     }
-    let base_options = BaseOptions { detect: None, ..options.base.clone() };
+    // Where the quads are smallest.
+    let smallest = layout.density.iter().copied().reduce(f64::min).unwrap_or(1.0);
+    let given = options.base.final_edge.map(|length| length / placement.scale);
+    let base_options =
+        BaseOptions { detect: None, final_edge: Some(given.unwrap_or(final_edge * smallest)), ..options.base.clone() };
     let built = monitor.within(0.02, 0.45, || build_base(&input.mesh, &all, &base_options, monitor))?;
     clock.add(&built.report.seconds);
     // Marked vertices, and the corners that the caller's angle makes.
@@ -144,8 +148,9 @@ pub fn retopologize(
     monitor.stage("measuring", 0.98)?;
     let mut report = measure(&built, &quads, placement);
     report.edges_detected = edges_detected;
-    measure_features(&mut report, &quads, &chains, &input.mesh.positions, placement, monitor)?;
-    report.warnings = warnings(&report, options.base.detect.is_some());
+    let dropped = &built.report.dropped;
+    measure_features(&mut report, &quads, &chains, dropped, &input.mesh.positions, placement, monitor)?;
+    report.warnings = warnings(&report);
     clock.lap("measure");
     report.seconds = clock.seconds;
     Ok(Output {
@@ -186,8 +191,9 @@ fn at_unit_size(mesh: &PolygonMesh) -> (Triangulated, Placement) {
     (triangulate(&mesh.with_positions(unit.positions)), placement)
 }
 
-/// Refuses sizes that are no sizes, or that ask for more quads than a scene can hold.
-fn check_size(input: &Triangulated, layout: &LayoutOptions) -> Result<(), RetopologizeError> {
+/// The edge length that the wanted size means where the density is 1, in the unit box. Refuses sizes that are no sizes, or
+/// that ask for more quads than a scene can hold.
+fn edge_length(input: &Triangulated, layout: &LayoutOptions) -> Result<f64, RetopologizeError> {
     let bad = |sentence: String| Err(RetopologizeError::Option(sentence));
     if layout.density.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
         return bad("density must be a positive number at every vertex".into());
@@ -202,6 +208,7 @@ fn check_size(input: &Triangulated, layout: &LayoutOptions) -> Result<(), Retopo
         Size::TargetFaces(faces) if faces == 0 || faces as f64 > MOST_FACES => {
             bad(format!("target_faces is {faces}, but it must lie between 1 and {MOST_FACES}"))
         }
+        Size::TargetFaces(faces) => Ok((area / faces as f64).sqrt()),
         Size::EdgeLength(length) if !(length > 0.0 && length.is_finite()) => {
             bad("edge_length must be a positive number".into())
         }
@@ -210,7 +217,7 @@ fn check_size(input: &Triangulated, layout: &LayoutOptions) -> Result<(), Retopo
             area / length.powi(2) / 1e6,
             MOST_FACES / 1e6
         )),
-        _ => Ok(()),
+        Size::EdgeLength(length) => Ok(length),
     }
 }
 
@@ -288,6 +295,7 @@ fn measure(built: &Built, quads: &Quads, placement: Placement) -> Report {
         scaled_jacobian_mean: jacobians.iter().sum::<f64>() / count as f64,
         angle_deviation: shapes.iter().map(|shape| shape.1).sum::<f64>() / count as f64,
         chains: base.curves,
+        edges_dropped: base.dropped.len(),
         ..Report::default()
     }
 }
@@ -297,6 +305,7 @@ fn measure_features(
     report: &mut Report,
     quads: &Quads,
     chains: &[Vec<[u32; 2]>],
+    dropped: &[[u32; 2]],
     positions: &[DVec3],
     placement: Placement,
     monitor: &Monitor,
@@ -316,7 +325,8 @@ fn measure_features(
             of_chain.push(edge.ends.map(at));
         }
     }
-    let (mut length, mut near) = (0.0, 0.0);
+    let length_of = |[a, b]: &[u32; 2]| positions[*a as usize].distance(positions[*b as usize]);
+    let (mut length, mut near) = (dropped.iter().map(length_of).sum::<f64>(), 0.0);
     for (chain, made) in chains.iter().zip(&made) {
         let parts: Vec<(f64, bool)> = chain
             .par_iter()
@@ -335,7 +345,7 @@ fn measure_features(
     Ok(())
 }
 
-fn warnings(report: &Report, detected: bool) -> Vec<String> {
+fn warnings(report: &Report) -> Vec<String> {
     let mut said = Vec::new();
     if report.inverted > 0 {
         let quads = if report.inverted == 1 { "1 quad is" } else { &format!("{} quads are", report.inverted) };
@@ -346,8 +356,11 @@ fn warnings(report: &Report, detected: bool) -> Vec<String> {
     {
         said.push(format!("{} quads instead of {target}: the features need so many", report.faces));
     }
-    if detected && report.edges_detected == 0 {
-        said.push("no sharp edges were found: lower the angle or the minimum length".to_owned());
+    if report.edges_dropped > 0 {
+        let edges = if report.edges_dropped == 1 { "1 edge" } else { &format!("{} edges", report.edges_dropped) };
+        said.push(format!(
+            "{edges} of features too short for quads of this size were left out: make the quads smaller"
+        ));
     }
     said
 }

@@ -13,6 +13,9 @@ use rayon::prelude::*;
 use solve::components::connected_components;
 use std::collections::BTreeMap;
 
+/// How far inside its quad a corner on a feature looks for its side, as a part of the way to the quad's middle.
+const INWARDS: f64 = 1e-3;
+
 /// A point of an input face that a corner of the result takes its attributes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CornerSource {
@@ -41,8 +44,11 @@ pub(crate) fn corner_sources(
         .map(|corner| {
             let v = quads.mesh.corner_verts()[corner] as usize;
             let (triangle, point) = if on_feature[v] {
-                let found = charts[chart_of_quad[corner / 4] as usize].find(quads.mesh.positions[v]);
-                (base.source[found.triangle as usize], found.point)
+                // A feature that ends inside a chart has the chart on both sides: the quad's side is a bit inwards.
+                let own = quads.mesh.positions[v];
+                let middle = quads.mesh.face_points(corner / 4).sum::<DVec3>() / 4.0;
+                let found = charts[chart_of_quad[corner / 4] as usize].find(own.lerp(middle, INWARDS));
+                (base.source[found.triangle as usize], own)
             } else {
                 let source = quads.source[v];
                 let [a, b, c] = base.surface.points(source.surface_triangle as usize);
