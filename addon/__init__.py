@@ -1,16 +1,29 @@
-"""Quadloom: booleans of quad meshes that stay quad meshes, and outlines filled with triangles and squares.
+"""Quadloom: booleans of quad meshes that stay quad meshes, retopology along marked edges, and outlines filled with triangles
+and squares.
 
 Layers: operators -> jobs, bridge, native and what lies between; panels name operators by their bl_idname only; native.py
-alone imports the wheel. What touches bpy runs on the main thread. attributes.py, outline.py, patterns.py, symmetry.py and
-native.py touch no bpy: they run on a job's thread too.
+alone imports the wheel. What touches bpy runs on the main thread. attributes.py, features.py, outline.py, patterns.py,
+symmetry.py and native.py touch no bpy: they run on a job's thread too.
 """
 
 from . import command, jobs, properties
-from .operators import boolean, select_defects, tile_curve
+from .operators import boolean, retopologize, select_defects, tile_curve
 from .panels import main
+from .panels import retopologize as retopologize_panel
 from .panels import tile_curve as tile_curve_panel
 
-modules = (properties, jobs, boolean, select_defects, tile_curve, main, tile_curve_panel, command)
+modules = (
+    properties,
+    jobs,
+    boolean,
+    retopologize,
+    select_defects,
+    tile_curve,
+    main,
+    retopologize_panel,
+    tile_curve_panel,
+    command,
+)
 
 
 def register() -> None:

@@ -19,6 +19,7 @@ Array = NDArray[Any]
 ALONG_TOLERANCE = 0.05
 INTERPOLATED = {"FLOAT", "FLOAT2", "FLOAT_VECTOR", "FLOAT_COLOR", "BYTE_COLOR", "QUATERNION", "FLOAT4X4"}
 SEAM = "use_seam"
+FREESTYLE = "freestyle_edge"
 MATERIAL = "material_index"
 FEATURE_ATTRIBUTES = ("sharp_edge", SEAM, "crease_edge")
 
@@ -51,6 +52,10 @@ class Snapshot:
     """One material, or None, a slot."""
     corner_normals: Array | None = None
     """(C,3) float32 when the mesh has custom normals."""
+    selected_edges: Array | None = None
+    """(E,) bool: selected in Edit Mode; None for not known."""
+    active_uv: str | None = None
+    """Name of the active UV map."""
 
     @property
     def face_count(self) -> int:
@@ -105,32 +110,53 @@ def mix(a: Snapshot, b: Snapshot, result: Any, *, b_is_turned: bool) -> tuple[Sn
     `result` has `mesh`, `face_source` and `corner_source` as the wheel gives them; `b_is_turned` says that B's faces bound
     the result from their other side, as in a difference. Costs O(corners) an attribute.
     """
-    origin = _Origin(a, b, result)
-    attributes, left_out = {}, []
     a, b, materials = _merge_materials(a, b)
-    for name in dict.fromkeys([*a.attributes, *b.attributes]):
-        first, second = a.attributes.get(name), b.attributes.get(name)
-        kind = first or second
-        if first and second and (first.domain, first.data_type) != (second.domain, second.data_type):
+    return _carried([a, b], _origin_of_boolean(a, b, result), result.mesh, materials, b_is_turned)
+
+
+def retopologized(source: Snapshot, result: Any) -> Snapshot:
+    """The result of a native retopology as a snapshot with the source's attributes, its feature edges marked as they were.
+
+    `result` has `mesh`, `corner_source`, `feature_edges` and `feature_source` as the wheel gives them. Costs O(corners) an
+    attribute.
+    """
+    made, _ = _carried([source], _origin_of_retopology(source, result), result.mesh, source.materials, False)
+    if source.selected_edges is not None:
+        under = edge_indices(source.edges, result.feature_source)
+        chosen = edge_indices(made.edges, result.feature_edges)[source.selected_edges[under]]
+        selected = np.zeros(len(made.edges), bool)
+        selected[chosen] = True
+        made = replace(made, selected_edges=selected)
+    return made
+
+
+def _carried(
+    operands: list[Snapshot], origin: _Origin, mesh: Any, materials: list[Any], last_is_turned: bool
+) -> tuple[Snapshot, list[str]]:
+    """The mesh with the operands' attributes, and the names of those that could not be carried."""
+    attributes, left_out = {}, []
+    for name in dict.fromkeys(name for s in operands for name in s.attributes):
+        layers = [s.attributes.get(name) for s in operands]
+        kind = next(layer for layer in layers if layer is not None)
+        unlike = [layer is not None and (layer.domain, layer.data_type) != (kind.domain, kind.data_type) for layer in layers]
+        if any(unlike):
             left_out.append(name)
-            second = None
-        values = np.concatenate([_values(first, kind, a), _values(second, kind, b)])
-        mixed = origin.carry(kind.domain, values, kind.data_type in INTERPOLATED)
+        values = [_values(None if skip else layer, kind, s) for layer, skip, s in zip(layers, unlike, operands, strict=True)]
+        mixed = origin.carry(kind.domain, np.concatenate(values), kind.data_type in INTERPOLATED)
         attributes[name] = replace(kind, values=mixed)
     groups = {}
-    for name in dict.fromkeys([*a.groups, *b.groups]):
-        weights = np.concatenate([s.groups.get(name, np.full(len(s.positions), -1, np.float32)) for s in (a, b)])
+    for name in dict.fromkeys(name for s in operands for name in s.groups):
+        weights = np.concatenate([s.groups.get(name, np.full(len(s.positions), -1, np.float32)) for s in operands])
         inside = origin.carry("POINT", (weights >= 0).astype(np.float32)[:, None], True)[:, 0]
         mixed = origin.carry("POINT", np.maximum(weights, 0)[:, None], True)[:, 0]
         groups[name] = np.where(inside > 0, mixed, -1).astype(np.float32)
     normals = None
-    if a.corner_normals is not None or b.corner_normals is not None:
+    if any(s.corner_normals is not None for s in operands):
         # Zero stands for "no custom normal here".
-        pair = [np.zeros((len(s.corner_verts), 3)) if s.corner_normals is None else s.corner_normals for s in (a, b)]
-        if b_is_turned:
-            pair[1] = -pair[1]
-        normals = origin.carry("CORNER", np.concatenate(pair), True)
-    mesh = result.mesh
+        each = [np.zeros((len(s.corner_verts), 3)) if s.corner_normals is None else s.corner_normals for s in operands]
+        if last_is_turned:
+            each[-1] = -each[-1]
+        normals = origin.carry("CORNER", np.concatenate(each), True)
     made = Snapshot(mesh.positions, origin.edges, mesh.face_offsets, mesh.corner_verts, attributes, groups, materials, normals)
     return made, left_out
 
@@ -145,40 +171,35 @@ def edge_indices(edges: Array, pairs: Array) -> Array:
     return np.where(keys[order][at] == wanted, order[at], -1)
 
 
+@dataclass
 class _Origin:
-    """Where each element of a result comes from, as indices into A's elements followed by B's."""
+    """Where each element of a result comes from, as indices into the operands' elements, one operand's after another's."""
 
-    def __init__(self, a: Snapshot, b: Snapshot, result: Any) -> None:
-        mesh = result.mesh
-        self.corner_verts = mesh.corner_verts
-        sizes = np.diff(mesh.face_offsets)
-        face_of_corner = np.repeat(np.arange(len(sizes)), sizes)
+    corner_verts: Array
+    """The result's."""
+    edges: Array
+    """The result's."""
+    blend_corners: Array
+    """(C,k) source corners that each corner of the result mixes."""
+    blend_verts: Array
+    """(C,k) the vertices at those."""
+    weights: Array
+    """(C,k) their weights."""
+    corner: Array
+    """(C,) the source corner that each corner of the result is, -1 for new ones; so for the other elements."""
+    vert: Array
+    face: Array
+    edge: Array
 
-        source_corner_verts = np.concatenate([a.corner_verts, b.corner_verts + len(a.positions)])
-        source_start = np.concatenate([a.face_offsets[:-1], b.face_offsets[:-1] + len(a.corner_verts)])
-        source = result.corner_source
-        face = _joined(source.mesh, source.face, a.face_count)
-        self.blend_corners = source_start[face][:, None] + np.arange(4)
-        self.blend_verts = source_corner_verts[self.blend_corners]
-        self.weights = source.weights
-        self.nearest = self.blend_corners[np.arange(len(face)), self.weights.argmax(axis=1)]
+    @property
+    def nearest(self) -> Array:
+        """(C,) the source corner with the greatest weight."""
+        return self.blend_corners[np.arange(len(self.weights)), self.weights.argmax(axis=1)]
 
-        kept_face = _joined(result.face_source[:, 0], result.face_source[:, 1], a.face_count)
-        kept_corner = kept_face[face_of_corner] >= 0
-        # A kept corner has one weight, so it is its nearest source corner; in a difference B's faces come turned.
-        self.corner = np.where(kept_corner, self.nearest, -1)
-        self.nearest_vert = source_corner_verts[self.nearest]
-        self.vert = np.full(len(mesh.positions), -1)
-        self.vert[self.corner_verts[kept_corner]] = source_corner_verts[self.corner[kept_corner]]
-        self.face = np.where(kept_face >= 0, kept_face, _most_frequent(face, mesh.face_offsets))
-
-        source_positions = np.concatenate([a.positions, b.positions])
-        source_edges = np.concatenate([a.edges, b.edges + len(a.positions)])
-        following = np.arange(len(self.corner_verts)) + 1
-        following[mesh.face_offsets[1:] - 1] = mesh.face_offsets[:-1]
-        pairs = np.stack([self.corner_verts, self.corner_verts[following]], axis=1)
-        self.edges = _unique_edges(pairs)
-        self.edge = self._edge_origin(mesh.positions, source_positions, source_edges, _marked(a, b))
+    @property
+    def nearest_vert(self) -> Array:
+        """(C,) the vertex there."""
+        return self.blend_verts[np.arange(len(self.weights)), self.weights.argmax(axis=1)]
 
     def carry(self, domain: str, values: Array, interpolate: bool) -> Array:
         """Values of the result's elements from the values (N,k) of A's and B's."""
@@ -208,24 +229,75 @@ class _Origin:
             out[self.corner_verts[::-1]] = values[::-1]
         return out
 
-    def _edge_origin(self, positions: Array, source_positions: Array, source_edges: Array, marked: Array) -> Array:
-        """The source edge that each edge is (both its ends were kept) or runs along (marked ones only), or -1."""
-        ends = self.vert[self.edges]
-        origin = np.where((ends >= 0).all(axis=1), edge_indices(source_edges, ends), -1)
-        new = np.flatnonzero(origin < 0)
-        # Only marked edges that did not survive can have been replaced by new ones.
-        lost = marked[~np.isin(marked, origin)]
-        if len(new) == 0 or len(lost) == 0:
-            return origin
-        low, high = source_positions[source_edges[lost, 0]], source_positions[source_edges[lost, 1]]
-        first, second = positions[self.edges[new, 0]], positions[self.edges[new, 1]]
-        limit = ALONG_TOLERANCE * np.linalg.norm(second - first, axis=1)
-        near = np.ones(len(new), bool)
-        for points in (first, second, (first + second) / 2):
-            distance, nearest = _nearest_segment(points, low, high)
-            near &= distance <= limit
-        origin[new[near]] = lost[nearest[near]]
-        return origin
+
+def _origin_of_boolean(a: Snapshot, b: Snapshot, result: Any) -> _Origin:
+    mesh = result.mesh
+    sizes = np.diff(mesh.face_offsets)
+    face_of_corner = np.repeat(np.arange(len(sizes)), sizes)
+    source_corner_verts = np.concatenate([a.corner_verts, b.corner_verts + len(a.positions)])
+    source_start = np.concatenate([a.face_offsets[:-1], b.face_offsets[:-1] + len(a.corner_verts)])
+    source = result.corner_source
+    face = _joined(source.mesh, source.face, a.face_count)
+    blend_corners = source_start[face][:, None] + np.arange(4)
+    kept_face = _joined(result.face_source[:, 0], result.face_source[:, 1], a.face_count)
+    kept_corner = kept_face[face_of_corner] >= 0
+    origin = _Origin(
+        corner_verts=mesh.corner_verts,
+        edges=_unique_edges(_sides(mesh)),
+        blend_corners=blend_corners,
+        blend_verts=source_corner_verts[blend_corners],
+        weights=source.weights,
+        corner=np.empty(0),
+        vert=np.full(len(mesh.positions), -1),
+        face=np.where(kept_face >= 0, kept_face, _most_frequent(face, mesh.face_offsets)),
+        edge=np.empty(0),
+    )
+    # A kept corner has one weight, so it is its nearest source corner; in a difference B's faces come turned.
+    origin.corner = np.where(kept_corner, origin.nearest, -1)
+    origin.vert[mesh.corner_verts[kept_corner]] = source_corner_verts[origin.corner[kept_corner]]
+    source_positions = np.concatenate([a.positions, b.positions])
+    source_edges = np.concatenate([a.edges, b.edges + len(a.positions)])
+    origin.edge = _edge_origin(origin, mesh.positions, source_positions, source_edges, _marked(a, b))
+    return origin
+
+
+def _origin_of_retopology(source: Snapshot, result: Any) -> _Origin:
+    """Nothing is kept: every corner is a mixture, and only feature edges come from an edge."""
+    mesh, points = result.mesh, result.corner_source
+    edges = _unique_edges(_sides(mesh))
+    edge = np.full(len(edges), -1)
+    edge[edge_indices(edges, result.feature_edges)] = edge_indices(source.edges, result.feature_source)
+    return _Origin(
+        corner_verts=mesh.corner_verts,
+        edges=edges,
+        blend_corners=points.corners,
+        blend_verts=source.corner_verts[points.corners],
+        weights=points.weights,
+        corner=np.full(len(mesh.corner_verts), -1),
+        vert=np.full(len(mesh.positions), -1),
+        face=_most_frequent(points.face, mesh.face_offsets),
+        edge=edge,
+    )
+
+
+def _edge_origin(origin: _Origin, positions: Array, source_positions: Array, source_edges: Array, marked: Array) -> Array:
+    """The source edge that each edge is (both its ends were kept) or runs along (marked ones only), or -1."""
+    ends = origin.vert[origin.edges]
+    found = np.where((ends >= 0).all(axis=1), edge_indices(source_edges, ends), -1)
+    new = np.flatnonzero(found < 0)
+    # Only marked edges that did not survive can have been replaced by new ones.
+    lost = marked[~np.isin(marked, found)]
+    if len(new) == 0 or len(lost) == 0:
+        return found
+    low, high = source_positions[source_edges[lost, 0]], source_positions[source_edges[lost, 1]]
+    first, second = positions[origin.edges[new, 0]], positions[origin.edges[new, 1]]
+    limit = ALONG_TOLERANCE * np.linalg.norm(second - first, axis=1)
+    near = np.ones(len(new), bool)
+    for points in (first, second, (first + second) / 2):
+        distance, nearest = _nearest_segment(points, low, high)
+        near &= distance <= limit
+    found[new[near]] = lost[nearest[near]]
+    return found
 
 
 def _joined(mesh: Array, face: Array, first_count: int) -> Array:
@@ -295,6 +367,13 @@ def _most_frequent(values: Array, offsets: Array) -> Array:
     order = np.lexsort((pairs[:, 1], -count, pairs[:, 0]))
     first = np.searchsorted(pairs[order, 0], np.arange(len(offsets) - 1))
     return pairs[order[first], 1]
+
+
+def _sides(mesh: Any) -> Array:
+    """(C,2): the vertices of each corner and of the next of its face."""
+    following = np.arange(len(mesh.corner_verts)) + 1
+    following[mesh.face_offsets[1:] - 1] = mesh.face_offsets[:-1]
+    return np.stack([mesh.corner_verts, mesh.corner_verts[following]], axis=1)
 
 
 def _edge_keys(pairs: Array) -> Array:

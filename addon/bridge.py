@@ -8,7 +8,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from .attributes import SEAM, Array, Attribute, Snapshot, edge_indices
+from .attributes import FREESTYLE, SEAM, Array, Attribute, Snapshot, edge_indices
 
 # Attribute type -> the property of its items, numbers a value, and the array they are read through. BYTE_COLOR goes through
 # its sRGB bytes, which come back unchanged.
@@ -108,9 +108,10 @@ def write(name: str, snapshot: Snapshot) -> bpy.types.Mesh:
     _set(mesh.loops, "edge_index", _corner_edges(snapshot))
     for material in snapshot.materials:
         mesh.materials.append(material)
+    properties = {SEAM: SEAM, **dict(_freestyle_property())}
     for attribute_name, layer in snapshot.attributes.items():
-        if attribute_name == SEAM:
-            _set(mesh.edges, SEAM, layer.values)
+        if attribute_name in properties:
+            _set(mesh.edges, properties[attribute_name], layer.values)
             continue
         made = mesh.attributes.new(attribute_name, layer.data_type, layer.domain)
         _set(made.data, ATTRIBUTE_TYPES[layer.data_type][0], layer.values)
@@ -241,9 +242,10 @@ def _snapshot(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> Snapshot:
             continue
         prop, width, dtype = ATTRIBUTE_TYPES[layer.data_type]
         attributes[layer.name] = Attribute(layer.domain, layer.data_type, _get(layer.data, prop, width, dtype))
-    seams = _get(mesh.edges, SEAM, 1, bool)
-    if seams.any():
-        attributes[SEAM] = Attribute("EDGE", "BOOLEAN", seams)
+    for name, prop in [(SEAM, SEAM), *_freestyle_property()]:
+        marks = _get(mesh.edges, prop, 1, bool)
+        if marks.any():
+            attributes[name] = Attribute("EDGE", "BOOLEAN", marks)
     materials = [slot.material and slot.material.original for slot in obj.material_slots]
     normals = _get(mesh.corner_normals, "vector", 3, np.float32) if mesh.has_custom_normals else None
     return Snapshot(
@@ -255,7 +257,14 @@ def _snapshot(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> Snapshot:
         groups=_groups(mesh, obj),
         materials=materials,
         corner_normals=normals,
+        selected_edges=_get(mesh.edges, "select", 1, bool)[:, 0],
+        active_uv=mesh.uv_layers.active.name if mesh.uv_layers.active is not None else None,
     )
+
+
+def _freestyle_property() -> list[tuple[str, str]]:
+    """The attribute of Freestyle's edge marks and the property it was before Blender 5.0."""
+    return [(FREESTYLE, "use_freestyle_mark")] if "use_freestyle_mark" in bpy.types.MeshEdge.bl_rna.properties else []
 
 
 def _groups(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> dict[str, Array]:

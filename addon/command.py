@@ -1,7 +1,8 @@
-"""`blender --command quadloom boolean A B -o OUT` and `... tile-curve OUTLINE -o OUT`: the tools for scripts and farms.
+"""`blender --command quadloom boolean A B -o OUT`, `... retopologize MESH -o OUT`, `... tile-curve OUTLINE -o OUT`: the tools
+for scripts and farms.
 
-A, B and OUTLINE are OBJ files, or FILE.blend:OBJECT. OUT is an .obj or a .blend file. Exit code 0, or 1 with the reason on
-stderr.
+A, B, MESH and OUTLINE are OBJ files, or FILE.blend:OBJECT. OUT is an .obj or a .blend file. Exit code 0, or 1 with the reason
+on stderr.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import bpy
 
+from .features import SOURCES
 from .properties import OPERATION_SIGNS
 
 _handle = None
@@ -20,7 +22,7 @@ _handle = None
 
 def main(arguments: list[str]) -> int:
     """Runs the command; `arguments` is what follows `--command quadloom`."""
-    parser = argparse.ArgumentParser(prog="blender --command quadloom", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="blender --command quadloom", description="The tools of Quadloom.")
     verbs = parser.add_subparsers(dest="verb", required=True)
     boolean = verbs.add_parser("boolean", help="combine two meshes of quads")
     boolean.add_argument("a", help="FILE.obj or FILE.blend:OBJECT")
@@ -31,6 +33,25 @@ def main(arguments: list[str]) -> int:
     boolean.add_argument("--retraction-distance", type=float, default=1.0, metavar="EDGES")
     boolean.add_argument("--alpha", type=float, default=0.5, help="0 even edge lengths ... 1 few irregular vertices")
     boolean.add_argument("--blend-radius", type=float, default=0.0, help="smoothing along the seam, scene units")
+    retopologize = verbs.add_parser("retopologize", help="lay quads along the marked and sharp edges of a mesh")
+    retopologize.add_argument("mesh", help="FILE.obj or FILE.blend:OBJECT")
+    retopologize.add_argument(
+        "--features", type=_sources, default="sharp,seam,crease,material_borders", metavar="SOURCE,...",
+        help=f"marks that become edge loops, or none: {', '.join(SOURCES)}",
+    )  # fmt: skip
+    size = retopologize.add_mutually_exclusive_group()
+    size.add_argument("--target-faces", type=int, default=4000, metavar="COUNT", help="how many quads")
+    size.add_argument("--edge-length", type=float, help="length of the edges instead, scene units")
+    retopologize.add_argument("--no-detect", dest="detect", action="store_false", help="do not look for sharp edges")
+    retopologize.add_argument("--detect-angle", type=float, default=40.0, metavar="DEGREES", help="where sharp curves begin")
+    retopologize.add_argument(
+        "--detect-length", type=float, default=0.04, help="of the shortest, as a part of the object's size"
+    )
+    retopologize.add_argument("--density-group", default="", help="vertex group that says where the quads are smaller")
+    retopologize.add_argument("--density-factor", type=float, default=4.0, help="how many times shorter edges are at weight 1")
+    retopologize.add_argument("--coarseness", type=float, default=0.5, help="0 even edge lengths ... 1 few irregular vertices")
+    retopologize.add_argument("--base-vertices", type=int, default=100, help="corners of the layout between features")
+    retopologize.add_argument("--preview", action="store_true", help="with the layout's edges as a second object")
     tile_curve = verbs.add_parser("tile-curve", help="fill an outline with triangles and squares")
     tile_curve.add_argument("outline", help="FILE.obj or FILE.blend:OBJECT, a closed flat curve or a flat mesh")
     tile_curve.add_argument("--panel-size", type=float, default=0.25, help="length of every edge, scene units")
@@ -40,7 +61,7 @@ def main(arguments: list[str]) -> int:
     tile_curve.add_argument("--no-straight", dest="straight", action="store_false", help="let the border run in zigzag")
     tile_curve.add_argument("--rotation", type=float, metavar="DEGREES", help="of the edges; without it the best")
     tile_curve.add_argument("--memory", type=int, default=64, metavar="MB", help="for counting the patterns")
-    for verb in (boolean, tile_curve):
+    for verb in (boolean, retopologize, tile_curve):
         verb.add_argument("-o", "--output", type=Path, required=True, help="an .obj or a .blend file")
     given = parser.parse_args(arguments)
     try:
@@ -50,6 +71,15 @@ def main(arguments: list[str]) -> int:
             names = ("operation", "filler", "layout", "alpha", "blend_radius", "retraction_distance")
             _select([_load(given.a), _load(given.b)])
             bpy.ops.quadloom.boolean(hide_inputs=True, **{name: getattr(given, name) for name in names})
+        elif given.verb == "retopologize":
+            names = ("target_faces", "detect", "detect_length", "density_group", "density_factor", "coarseness")
+            options = {name: getattr(given, name) for name in (*names, "base_vertices", "preview")}
+            options |= {source: source in given.features for source in SOURCES}
+            options["detect_angle"] = math.radians(given.detect_angle)
+            if given.edge_length is not None:
+                options |= {"size_by": "edge_length", "edge_length": given.edge_length}
+            _select([_load(given.mesh)])
+            bpy.ops.quadloom.retopologize(hide_input=True, **options)
         else:
             options = {name: getattr(given, name) for name in ("panel_size", "pattern", "number", "seed", "straight", "memory")}
             if given.rotation is not None:
@@ -61,6 +91,14 @@ def main(arguments: list[str]) -> int:
         print(f"quadloom: {error}", file=sys.stderr)
         return 1
     return 0
+
+
+def _sources(text: str) -> set[str]:
+    """Sources of features, separated by commas."""
+    found = {word for word in text.split(",") if word not in {"", "none"}}
+    if found - set(SOURCES):
+        raise argparse.ArgumentTypeError(f"{', '.join(sorted(found - set(SOURCES)))}: choose from {', '.join(SOURCES)}")
+    return found
 
 
 def _select(objects: list[bpy.types.Object]) -> None:

@@ -14,8 +14,13 @@ from .native import NativeError
 
 
 def sentence(error: NativeError, names: Sequence[str]) -> str:
-    """The wheel's sentence, which calls the operands A and B, with the objects' names in their places."""
-    text = re.sub(r"\b[AB]\b", lambda found: f"“{names['AB'.index(found[0])]}”", translated(str(error)))
+    """The wheel's sentence, which calls the operands A and B and a single one "the mesh", with the objects' names in their
+    places."""
+    text = translated(str(error))
+    if len(names) == 1:
+        text = re.sub(r"^the mesh\b", f"“{names[0]}”", text)
+    else:
+        text = re.sub(r"\b[AB]\b", lambda found: f"“{names['AB'.index(found[0])]}”", text)
     return text[:1].upper() + text[1:]
 
 
@@ -27,7 +32,7 @@ def select_elements(
 ) -> str:
     """Selects what the error is about on the objects, makes the first of them active, and says what was selected."""
     said = []
-    for obj, snapshot, elements in zip(objects, snapshots, error.elements, strict=True):
+    for obj, snapshot, elements in zip(objects, snapshots, error.elements, strict=False):
         if not any(len(index) for index in elements.values()):
             continue
         if not said:

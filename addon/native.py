@@ -26,11 +26,12 @@ class NativeError(Exception):
         super().__init__(str(error))
         self.code: str = error.code
         self.elements: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
-        """For A and for B: kind of element ("verts", "edges", "faces") -> index array."""
+        """For A and for B, or for the only mesh and nothing: kind of element ("verts", "edges", "faces") -> index array."""
         if error.mesh is not None:
             self.elements[error.mesh].update(error.elements)
             return
-        # Both operands are concerned: the kinds say which is whose.
+        # There is one mesh, or both operands are concerned: then the kinds say which is whose.
+        self.elements[0].update({kind: index for kind, index in error.elements.items() if kind in ("verts", "edges", "faces")})
         for operand, own in zip(("a_", "b_"), self.elements, strict=True):
             own.update({kind[2:]: index for kind, index in error.elements.items() if kind.startswith(operand)})
 
@@ -46,6 +47,11 @@ def boolean(a: Snapshot, b: Snapshot, *, progress: Progress | None, **options: A
             _mesh(a), _mesh(b), feature_edges=(a.feature_edges(), b.feature_edges()), progress=progress, **options
         )
     )
+
+
+def retopologize(mesh: Snapshot, feature_edges: Array, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.retopologize` of a snapshot; raises NativeError or Cancelled."""
+    return _call(lambda: quadloom.retopologize(_mesh(mesh), feature_edges, progress=progress, **options))
 
 
 def check(mesh: Snapshot) -> Any:

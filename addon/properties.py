@@ -3,7 +3,7 @@
 import math
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 OPERATION_SIGNS = {"union": "\N{UNION}", "difference": "\N{MINUS SIGN}", "intersection": "\N{INTERSECTION}"}
 
@@ -169,6 +169,152 @@ def tile_curve_uses(options: TileCurveOptions, name: str) -> bool:
     return name != "rotation" or options.fix_rotation
 
 
+class RetopologizeOptions:
+    """Options of `quadloom.retopologize`, a mixin."""
+
+    sharp: BoolProperty(name="Sharp", description="Edges marked sharp become edge loops", default=True)
+    seam: BoolProperty(name="Seams", description="UV seams become edge loops", default=True)
+    crease: BoolProperty(name="Creases", description="Edges with a crease become edge loops", default=True)
+    bevel: BoolProperty(name="Bevel Weights", description="Edges with a bevel weight become edge loops", default=False)
+    freestyle: BoolProperty(name="Freestyle", description="Edges marked for Freestyle become edge loops", default=False)
+    selected: BoolProperty(name="Selected", description="Edges selected in Edit Mode become edge loops", default=False)
+    uv_borders: BoolProperty(
+        name="UV Islands",
+        description="Borders between islands of the active UV map become edge loops, so that the map fits the result",
+        default=False,
+    )
+    material_borders: BoolProperty(name="Materials", description="Borders between materials become edge loops", default=True)
+    detect: BoolProperty(
+        name="Detect Sharp Edges",
+        description="Edges that bend sharply become edge loops as well, without being marked",
+        default=True,
+    )
+    detect_angle: FloatProperty(
+        name="Angle",
+        description="Where faces turn by more than this, a sharp curve begins. It goes on over edges somewhat less sharp",
+        default=math.radians(40.0),
+        min=0.0,
+        max=math.pi,
+        subtype="ANGLE",
+    )
+    detect_length: FloatProperty(
+        name="Minimum Length",
+        description="Shorter curves are left out, as a part of the size of the object",
+        default=0.04,
+        min=0.0,
+        max=1.0,
+        soft_max=0.3,
+        subtype="FACTOR",
+    )
+    mark_detected: BoolProperty(name="Mark Them Sharp", description="Mark the edges found as sharp in the result", default=True)
+    size_by: EnumProperty(
+        name="Size",
+        description="How the size of the quads is given",
+        items=[
+            ("faces", "Face Count", "So many quads in all"),
+            ("edge_length", "Edge Length", "Edges of this length"),
+        ],
+        default="faces",
+    )
+    target_faces: IntProperty(
+        name="Faces",
+        description="How many quads the result has, nearly",
+        default=4000,
+        min=1,
+        soft_min=100,
+        soft_max=100_000,
+        max=4_000_000,
+    )
+    edge_length: FloatProperty(
+        name="Edge Length",
+        description="Length of the quads' edges, in the world",
+        default=0.05,
+        min=1e-6,
+        soft_min=0.001,
+        soft_max=10.0,
+        subtype="DISTANCE",
+        unit="LENGTH",
+    )
+    density_group: StringProperty(
+        name="Density",
+        description="Vertex group that says where the quads are smaller. Without one they are even",
+        default="",
+    )
+    density_factor: FloatProperty(
+        name="Density Factor",
+        description="How many times shorter edges are where the vertex group weighs 1",
+        default=4.0,
+        min=0.05,
+        soft_min=1.0,
+        max=20.0,
+    )
+    coarseness: FloatProperty(
+        name="Coarseness",
+        description="0 keeps the quads even in size, 1 keeps irregular vertices few and patches large",
+        default=0.5,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+    )
+    base_vertices: IntProperty(
+        name="Layout Vertices",
+        description="Corners of the layout between features. Fewer give larger patches, more follow the shape better",
+        default=100,
+        min=4,
+        max=100_000,
+        soft_min=20,
+        soft_max=1000,
+    )
+    corner_angle: FloatProperty(
+        name="Corner Angle",
+        description="Where a curve turns by more than this it has a corner, which stays where it is",
+        default=math.radians(50.0),
+        min=0.0,
+        max=math.pi,
+        subtype="ANGLE",
+    )
+    pairing: EnumProperty(
+        name="Pairing",
+        description="How the triangles of the layout are joined to patches",
+        items=[
+            ("valence", "By Valence", "Few irregular vertices"),
+            ("matching", "Matching", "The rule of the paper: squarest patches, more irregular vertices"),
+        ],
+        default="valence",
+    )
+    improve: BoolProperty(
+        name="Remove Irregular Vertices",
+        description="Search for irregular vertices away from features that can go. Slower, and the layout gets lost",
+        default=False,
+    )
+    preview: BoolProperty(
+        name="Show Layout",
+        description="Add the edges of the layout as a second object in front of the result",
+        default=False,
+    )
+    hide_input: BoolProperty(
+        name="Hide Input",
+        description="Hide the object in the viewport and in renders. It is never altered",
+        default=True,
+    )
+
+
+RETOPOLOGIZE_OPTIONS = tuple(RetopologizeOptions.__annotations__)
+
+
+def retopologize_uses(options: RetopologizeOptions, name: str) -> bool:
+    """Whether an option has a say."""
+    if name in {"detect_angle", "detect_length", "mark_detected"}:
+        return options.detect
+    if name in {"target_faces", "edge_length"}:
+        return options.size_by == ("faces" if name == "target_faces" else name)
+    return name != "density_factor" or options.density_group != ""
+
+
+class RetopologizeSettings(RetopologizeOptions, bpy.types.PropertyGroup):
+    """What the panel's Retopologize button will do."""
+
+
 class TileCurveSettings(TileCurveOptions, bpy.types.PropertyGroup):
     """What the panel's Tile Curve button will do."""
 
@@ -176,11 +322,13 @@ class TileCurveSettings(TileCurveOptions, bpy.types.PropertyGroup):
 class QuadloomSettings(BooleanOptions, bpy.types.PropertyGroup):
     """What the panel's buttons will do, saved with the scene."""
 
+    retopologize: PointerProperty(type=RetopologizeSettings)
     tile_curve: PointerProperty(type=TileCurveSettings)
 
 
 def register() -> None:
     """Adds `scene.quadloom`."""
+    bpy.utils.register_class(RetopologizeSettings)
     bpy.utils.register_class(TileCurveSettings)
     bpy.utils.register_class(QuadloomSettings)
     bpy.types.Scene.quadloom = PointerProperty(type=QuadloomSettings)
@@ -191,3 +339,4 @@ def unregister() -> None:
     del bpy.types.Scene.quadloom
     bpy.utils.unregister_class(QuadloomSettings)
     bpy.utils.unregister_class(TileCurveSettings)
+    bpy.utils.unregister_class(RetopologizeSettings)

@@ -48,5 +48,19 @@ def why_no_outline(context: bpy.types.Context) -> str | None:
     return None
 
 
+def why_no_surface(context: bpy.types.Context) -> str | None:
+    """Why the active object cannot be retopologized, or None."""
+    if native.problem is not None:
+        return native.problem
+    if context.mode not in {"OBJECT", "EDIT_MESH"}:
+        return translated("Only in Object Mode and Edit Mode")
+    active = context.active_object
+    if active is None or active.type != "MESH":
+        return translated("The active object is not a mesh")
+    if len(active.data.polygons) == 0 and not active.modifiers and active.mode != "EDIT":
+        return translated("“{name}” has no faces").format(name=active.name)
+    return None
+
+
 def _selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
     return [obj for obj in context.selected_objects if obj.type == "MESH"]

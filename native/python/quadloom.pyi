@@ -1,5 +1,5 @@
-"""Pure-quad booleans of polygon meshes, and triangle-quad tilings of outlines. Meshes are in Blender's own layout, lengths
-in scene units."""
+"""Pure-quad booleans of polygon meshes, retopology along marked edges, and triangle-quad tilings of outlines. Meshes are in
+Blender's own layout, lengths in scene units."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, final
@@ -11,6 +11,7 @@ __all__ = [
     "BooleanResult",
     "Boundary",
     "Cancelled",
+    "CornerPoints",
     "CornerSources",
     "Defects",
     "Fit",
@@ -19,6 +20,7 @@ __all__ = [
     "InvalidMeshError",
     "Mesh",
     "QuadloomError",
+    "RetopologyResult",
     "Symmetry",
     "Tiling",
     "TilingIterator",
@@ -31,6 +33,7 @@ __all__ = [
     "find_tiling",
     "fit_boundary",
     "repair_boundary",
+    "retopologize",
     "tilings",
 ]
 
@@ -48,8 +51,9 @@ class QuadloomError(Exception):
     mesh: int | None
     """0 or 1, the input the elements belong to; None when there is one input, or when both are concerned."""
     elements: dict[str, _Indices]
-    """Index arrays by kind: "verts", "faces" and "corners" (N,), "edges" (N, 2) vertex pairs. When both inputs are
-    concerned the kinds begin with "a_" or "b_"."""
+    """Index arrays by kind: "verts", "faces" and "corners" (N,), "edges" (N, 2) vertex pairs; "features" and
+    "feature_verts" are positions in what was given under those names. When both inputs are concerned the kinds begin
+    with "a_" or "b_"."""
 
 class InvalidMeshError(QuadloomError):
     """An input mesh is not what the operation needs."""
@@ -193,6 +197,99 @@ def boolean(
     progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 
     Raises InvalidMeshError, InfeasibleError, Cancelled, or QuadloomError when an option is out of range."""
+
+@final
+class CornerPoints:
+    """Where each of the C corners of a result takes its attributes from: a point of a face of the input, on the corner's
+    own side of every feature."""
+
+    @property
+    def face(self) -> _Indices:
+        """(C,) face of the input."""
+    @property
+    def corners(self) -> _Indices:
+        """(C, 3) three corners of that face, as indices into the input's `corner_verts`."""
+    @property
+    def weights(self) -> _Floats:
+        """(C, 3) weights of the three; none negative, each row sums to 1."""
+
+@final
+class RetopologyResult:
+    """What `retopologize` returns."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The result, every face a quad."""
+    @property
+    def base(self) -> Mesh:
+        """The base triangulation, with straight edges."""
+    @property
+    def base_edges(self) -> _Indices:
+        """(B, 2) the edges of `base`, as vertex pairs."""
+    @property
+    def base_paths(self) -> list[_Floats]:
+        """Those edges as they lie on the surface: (N, 3) points each, from first to second vertex."""
+    @property
+    def base_chain(self) -> _Indices:
+        """(B,) the feature chain that each of `base_paths` lies on, -1 for none."""
+    @property
+    def feature_edges(self) -> _Indices:
+        """(E, 2) edges of `mesh` that lie on features, open borders among them, as vertex pairs."""
+    @property
+    def feature_chain(self) -> _Indices:
+        """(E,) the chain each of `feature_edges` belongs to; a chain runs from corner to corner."""
+    @property
+    def feature_kind(self) -> _Indices:
+        """(E,) why it is a feature: 0 marked, 1 detected, 2 an open border and nothing else."""
+    @property
+    def feature_source(self) -> _Indices:
+        """(E, 2) the edge of the input under the middle of each of `feature_edges`, as a pair of the input's vertices."""
+    @property
+    def corner_source(self) -> CornerPoints: ...
+    @property
+    def report(self) -> dict[str, Any]:
+        """What was done: counts, quality, seconds a stage, warnings."""
+
+def retopologize(
+    mesh: Mesh,
+    feature_edges: ArrayLike | None = None,
+    feature_verts: ArrayLike | None = None,
+    target_faces: int = 4000,
+    *,
+    edge_length: float | None = None,
+    density: ArrayLike | None = None,
+    detect: bool = False,
+    detect_angle: float = ...,
+    detect_continue_angle: float = ...,
+    detect_length: float = 0.04,
+    corner_angle: float = ...,
+    base_vertices: int = 100,
+    coarseness: float = 0.5,
+    pairing: Literal["valence", "matching"] = "valence",
+    improve: bool = False,
+    progress: _Progress | None = None,
+) -> RetopologyResult:
+    """An all-quad mesh of a surface in which marked edges are chains of edges and corners of features stay where they are.
+    Open borders are features without being marked.
+
+    feature_edges: (E, 2) vertex pairs, edges of faces, each given once; None for none.
+    feature_verts: (N,) vertices that stay vertices where they are; None for none.
+    target_faces: how many quads, 1 to 4,000,000.
+    edge_length: length of the edges where the density is 1, in place of target_faces; scene units, above 0.
+    density: (V,) how much denser the edges are round each vertex, above 0: edges are 1/density as long; None for 1.
+    detect: whether edges between faces that turn sharply are features as well.
+    detect_angle: detected curves start at edges turned by more than this; radians, 0 to pi, by default 40 degrees.
+    detect_continue_angle: they go on over edges turned by more than this; radians, 0 to detect_angle, by default 25 degrees.
+    detect_length: shorter ones are dropped; fraction of the bounding-box diagonal, 0 to 1.
+    corner_angle: features have a corner where they turn by more than this; radians, 0 to pi, by default 50 degrees.
+    base_vertices: vertices of an even base triangulation, 4 to 100,000; features add more where they need them.
+    coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
+    pairing: how base triangles become patches; "matching" is the paper's rule.
+    improve: whether irregular vertices away from features are searched out one by one, at the price of the coarse layout.
+    progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+    Raises InvalidMeshError, Cancelled, or QuadloomError when a feature is no edge of the surface or an option is out of
+    range."""
 
 @final
 class Boundary:

@@ -39,7 +39,7 @@ def test_only_native_imports_the_wheel():
 
 
 def test_what_runs_on_the_worker_thread_knows_no_bpy():
-    for name in ("attributes.py", "outline.py", "patterns.py", "symmetry.py", "native.py"):
+    for name in ("attributes.py", "features.py", "outline.py", "patterns.py", "symmetry.py", "native.py"):
         assert not imports(FOLDER / name) & {"bpy", "bmesh", "mathutils"}
 
 
@@ -54,7 +54,7 @@ def test_every_icon_exists():
 
 
 def test_every_option_has_a_tooltip():
-    for operator in ("boolean", "select_defects", "tile_curve"):
+    for operator in ("boolean", "retopologize", "select_defects", "tile_curve"):
         rna = getattr(bpy.ops.quadloom, operator).get_rna_type()
         assert rna.description
         for prop in rna.properties:

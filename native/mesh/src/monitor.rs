@@ -13,8 +13,21 @@ pub struct Cancelled;
 #[derive(Debug, Default)]
 pub struct Monitor {
     cancelled: AtomicBool,
-    stage: Mutex<&'static str>,
+    stage: Mutex<Stage>,
     fraction: AtomicU64,
+}
+
+/// What is being done, and the part of the whole job that the fractions of stages are counted in.
+#[derive(Debug)]
+struct Stage {
+    name: &'static str,
+    span: (f64, f64),
+}
+
+impl Default for Stage {
+    fn default() -> Self {
+        Self { name: "", span: (0.0, 1.0) }
+    }
 }
 
 impl Monitor {
@@ -46,14 +59,48 @@ impl Monitor {
     /// # Errors
     /// [`Cancelled`].
     pub fn stage(&self, name: &'static str, fraction: f64) -> Result<(), Cancelled> {
-        *self.stage.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = name;
-        self.fraction.store(fraction.to_bits(), Ordering::Relaxed);
+        let mut stage = self.lock();
+        stage.name = name;
+        let (low, high) = stage.span;
+        self.fraction.store((low + (high - low) * fraction).to_bits(), Ordering::Relaxed);
+        drop(stage);
         self.check()
+    }
+
+    /// Runs a part of a job that counts its own fractions from 0 to 1: they become those from `low` to `high` of the whole.
+    pub fn within<T>(&self, low: f64, high: f64, part: impl FnOnce() -> T) -> T {
+        let outer = self.lock().span;
+        let inside = |fraction: f64| outer.0 + (outer.1 - outer.0) * fraction;
+        self.lock().span = (inside(low), inside(high));
+        let made = part();
+        self.lock().span = outer;
+        made
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Stage> {
+        self.stage.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
     /// Current stage and the fraction of the job that lies behind.
     pub fn progress(&self) -> (&'static str, f64) {
-        let stage = *self.stage.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let stage = self.lock().name;
         (stage, f64::from_bits(self.fraction.load(Ordering::Relaxed)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fractions_of_a_part_are_fractions_of_the_whole() {
+        let monitor = Monitor::new();
+        monitor.within(0.2, 0.6, || {
+            assert_eq!(monitor.stage("part", 0.5), Ok(()));
+            monitor.within(0.5, 1.0, || assert_eq!(monitor.stage("part of a part", 1.0), Ok(())));
+        });
+        assert_eq!(monitor.progress(), ("part of a part", 0.6));
+        assert_eq!(monitor.stage("whole", 0.7), Ok(()));
+        assert_eq!(monitor.progress(), ("whole", 0.7));
     }
 }

@@ -50,6 +50,15 @@ pub fn plane_points(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<[f64; 2]
     }
 }
 
+/// A row of floats.
+pub fn numbers(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<f64>, String> {
+    let array = require::<f64>(value, name, "float64")?;
+    match (array.as_slice(), array.shape()) {
+        (Ok(flat), [_]) => Ok(flat.to_vec()),
+        (_, found) => Err(wrong_shape(name, found, "(N,)")),
+    }
+}
+
 /// Integers that fit an index: 0 to 2^31 - 1.
 pub fn indices(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<u32>, String> {
     let array = require::<i64>(value, name, "int64")?;

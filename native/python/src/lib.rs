@@ -12,13 +12,14 @@ mod defects;
 mod errors;
 mod fit;
 mod mesh;
+mod retopology;
 mod tiling;
 mod worker;
 
 use pyo3::prelude::*;
 
-/// Pure-quad booleans of polygon meshes, and triangle-quad tilings of outlines. Meshes are in Blender's own layout, lengths
-/// in scene units.
+/// Pure-quad booleans of polygon meshes, retopology along marked edges, and triangle-quad tilings of outlines. Meshes are in
+/// Blender's own layout, lengths in scene units.
 #[pymodule]
 fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -30,5 +31,6 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<boolean::CornerSources>()?;
     module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
     fit::register(module)?;
+    retopology::register(module)?;
     tiling::register(module)
 }

@@ -1,6 +1,6 @@
 //! Builds the base triangulation of OBJ files and prints a row for each: sizes, worst angle, seconds by stage.
 //!
-//! `cargo run -p quadloom-retopology --example base -- [--vertices N] [--aspect X] [--gradation X] [--plain] [--detect] [--out FOLDER] FILE.obj...`
+//! `cargo run -p quadloom-retopology --example base -- [--vertices N] [--faces N] [--aspect X] [--gradation X] [--plain] [--detect] [--out FOLDER] FILE.obj...`
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`. With `--out`, writes for each file the
 //! base as `NAME.base.obj`, the cut surface as `NAME.cut.obj` with one group a base triangle, and `NAME.base.txt` with the
@@ -8,7 +8,7 @@
 
 use mesh::{DVec3, Monitor, PolygonMesh, TriangleMesh};
 use retopology::base::Base;
-use retopology::build::{BaseOptions, build_base};
+use retopology::build::{BaseOptions, build_base, edge_for_faces};
 use retopology::detect::DetectOptions;
 use retopology::features::Features;
 use std::fmt::Write;
@@ -17,12 +17,14 @@ use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut options, mut plain, mut out, mut files) = (BaseOptions::default(), false, None, Vec::new());
+    let mut faces = 4000;
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match word.as_str() {
             "--vertices" => options.vertices = words.next().ok_or("--vertices needs a number")?.parse()?,
             "--aspect" => options.aspect = words.next().ok_or("--aspect needs a number")?.parse()?,
             "--gradation" => options.gradation = words.next().ok_or("--gradation needs a number")?.parse()?,
+            "--faces" => faces = words.next().ok_or("--faces needs a number")?.parse()?,
             "--plain" => plain = true,
             "--detect" => options.detect = Some(DetectOptions::default()),
             "--out" => out = Some(PathBuf::from(words.next().ok_or("--out needs a folder")?)),
@@ -50,6 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let polygons = testkit::obj::read(&std::fs::read_to_string(&file)?)?;
         let (mesh, _) = TriangleMesh::from_polygons(&polygons);
         let features = if plain { Features::default() } else { read_edges(&file.with_extension("edges40"))? };
+        options.final_edge = Some(edge_for_faces(&mesh, faces));
         let start = Instant::now();
         let built = match build_base(&mesh, &features, &options, &Monitor::new()) {
             Ok(built) => built,

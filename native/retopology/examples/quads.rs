@@ -7,7 +7,7 @@
 
 use mesh::{DVec3, Monitor, PolygonMesh, TriangleMesh};
 use retopology::base::{Base, BaseEdge};
-use retopology::build::{BaseOptions, build_base};
+use retopology::build::{BaseOptions, build_base, edge_for_faces};
 use retopology::features::Features;
 use retopology::{LayoutOptions, Pairing, Size, quads_from_base};
 use std::path::{Path, PathBuf};
@@ -25,6 +25,7 @@ fn main() -> Result<(), Failure> {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
         match word.as_str() {
             "--vertices" => coarse.vertices = value()?.parse()?,
+            "--aspect" => coarse.aspect = value()?.parse()?,
             "--faces" => options.size = Size::TargetFaces(value()?.parse()?),
             "--paper" => options.pairing = Pairing::PAPER,
             "--merge" => options.pairing = Pairing::Programme { most_triangles: value()?.parse()? },
@@ -49,6 +50,9 @@ fn main() -> Result<(), Failure> {
         let name = file.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
         let (mesh, _) = TriangleMesh::from_polygons(&obj::read(&std::fs::read_to_string(&file)?)?);
         let features = if plain { Features::default() } else { read_edges(&file.with_extension("edges40"))? };
+        if let Size::TargetFaces(faces) = options.size {
+            coarse.final_edge = Some(edge_for_faces(&mesh, faces));
+        }
         let start = Instant::now();
         match build_base(&mesh, &features, &coarse, &Monitor::new()) {
             Ok(built) => run(&name, &built.base, start.elapsed().as_secs_f64(), &options, out.as_deref())?,

@@ -6,13 +6,14 @@
 use crate::assemble::assemble;
 use crate::base::Base;
 use crate::base_error::RetopologyError;
+use crate::breakpoints::{Breakpoints, divide_curves};
 use crate::cells::{Cells, Piece, labels};
 use crate::dual::Dual;
 use crate::features::{Features, Network, network};
 use crate::fields::{Addition, Fields, Hat};
 use crate::groups::Groups;
 use crate::metric::Metric;
-use crate::sites::{Breakpoints, divide_curves, free_sites};
+use crate::sites::free_sites;
 use crate::sizing::{refine, wanted_lengths};
 use crate::split_mesh::SplitMesh;
 use crate::stars::Drawing;
@@ -37,7 +38,15 @@ const SPACING: f64 = 0.3;
 pub struct BaseOptions {
     /// Base vertices that an even base would have, 4 to 100,000; features add more where they need them. Default: 100.
     pub vertices: u32,
-    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 20. Default: 4.
+    /// Edge length of the quads to come, scene units, positive, where it is known: base edges are not wanted shorter than
+    /// [`BaseOptions::least_quads`] of them. [`edge_for_faces`] has it for a number of quads. Default: unknown.
+    pub final_edge: Option<f64>,
+    /// Least length wanted of base edges, in edges of the quads to come, 0 to 20. Default: 2.5.
+    pub least_quads: f64,
+    /// Connected features, and branches of them that end nowhere, are dropped when shorter than this many edges of the quads
+    /// to come, 0 to 100; they are in the report. Default: 0.5, for less than half an edge is no edge.
+    pub least_feature: f64,
+    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 50. Default: 12.
     pub aspect: f64,
     /// How fast the wanted edge length may grow, per unit of distance, 0.1 to 10. Default: 0.8.
     pub gradation: f64,
@@ -49,7 +58,16 @@ pub struct BaseOptions {
 
 impl Default for BaseOptions {
     fn default() -> Self {
-        Self { vertices: 100, aspect: 4.0, gradation: 0.8, corner_angle: 50_f64.to_radians(), detect: None }
+        Self {
+            vertices: 100,
+            final_edge: None,
+            least_quads: 2.5,
+            least_feature: 0.5,
+            aspect: 12.0,
+            gradation: 0.8,
+            corner_angle: 50_f64.to_radians(),
+            detect: None,
+        }
     }
 }
 
@@ -59,8 +77,17 @@ impl BaseOptions {
         if !(4..=100_000).contains(&self.vertices) {
             return bad("vertices", "4 to 100,000");
         }
-        if !(0.5..=20.0).contains(&self.aspect) {
-            return bad("aspect", "0.5 to 20");
+        if self.final_edge.is_some_and(|edge| !(edge.is_finite() && edge > 0.0)) {
+            return bad("final_edge", "above 0");
+        }
+        if !(0.0..=20.0).contains(&self.least_quads) {
+            return bad("least_quads", "0 to 20");
+        }
+        if !(0.0..=100.0).contains(&self.least_feature) {
+            return bad("least_feature", "0 to 100");
+        }
+        if !(0.5..=50.0).contains(&self.aspect) {
+            return bad("aspect", "0.5 to 50");
         }
         if !(0.1..=10.0).contains(&self.gradation) {
             return bad("gradation", "0.1 to 10");
@@ -70,6 +97,12 @@ impl BaseOptions {
         }
         Ok(())
     }
+}
+
+/// Edge length of squares that cover a surface with this many faces, scene units. O(n).
+pub fn edge_for_faces(mesh: &TriangleMesh, faces: usize) -> f64 {
+    let area: f64 = (0..mesh.triangles.len()).map(|t| 0.5 * mesh.area_normal(t).length()).sum();
+    (area / faces.max(1) as f64).sqrt()
 }
 
 /// What was done, for the artist and for measurements.
@@ -95,6 +128,8 @@ pub struct BaseReport {
     pub refined: usize,
     /// Edges that detection made features.
     pub detected: usize,
+    /// Feature edges dropped with the short features they are part of, as vertex pairs of the input.
+    pub dropped: Vec<[u32; 2]>,
     /// Seconds by stage.
     pub seconds: Vec<(&'static str, f64)>,
 }
@@ -154,12 +189,14 @@ pub fn build_base(
         report.detected = found.len();
         features.edges.extend(found);
     }
-    let network = network(&working, &topology, &features, options.corner_angle)?;
+    let final_edge = options.final_edge.unwrap_or(0.0) / placement.scale;
+    let network = network(&working, &topology, &features, options.corner_angle, options.least_feature * final_edge)?;
+    report.dropped.clone_from(&network.dropped);
     report.curves = network.chains.len();
     report.corners = network.corners.len() + network.points.len();
     clock.lap(&mut report, "features");
 
-    let mut work = Fieldwork::new(&working, &topology, network, options, &mut report, &mut clock, monitor)?;
+    let mut work = Fieldwork::new(&working, &topology, network, options, final_edge, &mut report, &mut clock, monitor)?;
     monitor.stage("triangulating", 0.4)?;
     let mut drawn = Drawn::new(&mut work, &mut report, &mut clock, monitor)?;
     for _ in 0..BULGE_ROUNDS {
@@ -312,20 +349,21 @@ impl Fieldwork {
         topology: &Topology,
         mut network: Network,
         options: &BaseOptions,
+        final_edge: f64,
         report: &mut BaseReport,
         clock: &mut Clock,
         monitor: &Monitor,
     ) -> Result<Self, RetopologyError> {
         monitor.stage("placing sites", 0.05)?;
         let mut mesh = SplitMesh::new(working, topology);
-        let mut sizing = wanted_lengths(&mesh, &network, options);
+        let mut sizing = wanted_lengths(&mesh, &network, options, options.least_quads * final_edge);
         let budget = 20_000 + 2 * working.positions.len();
         refine(&mut mesh, &mut network, &mut sizing, budget, monitor)?;
         report.refined = mesh.positions.len() - working.positions.len();
         clock.lap(report, "refinement");
 
         let metric = Metric::new(&mesh);
-        let divided = divide_curves(&mesh, &network, &sizing.wanted);
+        let divided = divide_curves(&mesh, &metric, &mut network, &sizing.wanted);
         let (mut peaks, breakpoints) = curve_vertices(&network, &divided);
         let on_curves = peaks.len();
         peaks.extend(&network.points);

@@ -44,11 +44,14 @@ pub struct Network {
     pub corners: Vec<u32>,
     /// Marked vertices off the curves, ascending.
     pub points: Vec<u32>,
+    /// Marked edges left out because what they are part of is too short, ascending.
+    pub dropped: Vec<[u32; 2]>,
 }
 
 /// Builds the network. A vertex is a corner when other than two features meet there, when it is marked, or when the curve
 /// turns by more than `corner_angle` (radians) both between its two edges and between the chords over two edges on either
-/// side, so that the zigzag of a curve over a triangle mesh is none. O(n log n).
+/// side, so that the zigzag of a curve over a triangle mesh is none. Connected marked edges that are together shorter than
+/// `least_length`, and branches that end nowhere and are shorter, are dropped unless they hold a marked vertex. O(n log n).
 ///
 /// # Errors
 /// [`RetopologyError::FeatureOffSurface`], [`RetopologyError::FeatureRepeated`], [`RetopologyError::VertexOffSurface`].
@@ -57,19 +60,17 @@ pub fn network(
     topology: &Topology,
     features: &Features,
     corner_angle: f64,
+    least_length: f64,
 ) -> Result<Network, RetopologyError> {
-    let edges = feature_edges(topology, features)?;
+    let mut edges = feature_edges(topology, features)?;
     let unused = |v: u32| topology.outgoing.get(v as usize).is_none_or(|&h| h == NONE);
     let lost: Vec<u32> =
         (0..features.vertices.len() as u32).filter(|&k| unused(features.vertices[k as usize])).collect();
     if !lost.is_empty() {
         return Err(RetopologyError::VertexOffSurface { features: lost });
     }
-    let mut neighbours = vec![Vec::new(); mesh.positions.len()];
-    for &[a, b] in edges.keys() {
-        neighbours[a as usize].push(b);
-        neighbours[b as usize].push(a);
-    }
+    let dropped = drop_short(mesh, &mut edges, &features.vertices, least_length);
+    let neighbours = neighbours(mesh, &edges);
     let mut is_corner: Vec<bool> = neighbours.iter().map(|around| !matches!(around.len(), 0 | 2)).collect();
     let mut points: Vec<u32> = Vec::new();
     for &v in &features.vertices {
@@ -106,7 +107,70 @@ pub fn network(
         chains.push(Chain { vertices, closed: true, border });
     }
     let corners = (0..mesh.positions.len() as u32).filter(|&v| is_corner[v as usize]).collect();
-    Ok(Network { chains, corners, points })
+    Ok(Network { chains, corners, points, dropped })
+}
+
+fn neighbours(mesh: &TriangleMesh, edges: &BTreeMap<[u32; 2], bool>) -> Vec<Vec<u32>> {
+    let mut neighbours = vec![Vec::new(); mesh.positions.len()];
+    for &[a, b] in edges.keys() {
+        neighbours[a as usize].push(b);
+        neighbours[b as usize].push(a);
+    }
+    neighbours
+}
+
+/// Takes out crumbs: short branches with a loose end, then short components. Borders and what holds a marked vertex stay.
+fn drop_short(
+    mesh: &TriangleMesh,
+    edges: &mut BTreeMap<[u32; 2], bool>,
+    marked: &[u32],
+    least_length: f64,
+) -> Vec<[u32; 2]> {
+    let length = |&[a, b]: &[u32; 2]| mesh.positions[a as usize].distance(mesh.positions[b as usize]);
+    let mut keep = vec![false; mesh.positions.len()];
+    for &v in marked {
+        keep[v as usize] = true;
+    }
+    let mut dropped = Vec::new();
+    let around = neighbours(mesh, edges);
+    for tip in (0..around.len()).filter(|&v| around[v].len() == 1 && !keep[v]) {
+        let (mut branch, mut before, mut at) = (Vec::new(), tip as u32, around[tip][0]);
+        branch.push(sorted(before, at));
+        while around[at as usize].len() == 2 && !keep[at as usize] {
+            let after = around[at as usize].iter().copied().find(|&w| w != before).unwrap_or(before);
+            branch.push(sorted(at, after));
+            (before, at) = (at, after);
+        }
+        // One that ends loose at both ends is a component, judged below.
+        if around[at as usize].len() > 2 && branch.iter().map(length).sum::<f64>() < least_length {
+            dropped.extend(branch.into_iter().filter(|edge| edges.remove(edge).is_some()));
+        }
+    }
+    let around = neighbours(mesh, edges);
+    let mut seen = vec![false; around.len()];
+    for start in 0..around.len() {
+        if seen[start] || around[start].is_empty() {
+            continue;
+        }
+        let (mut component, mut next) = (vec![start as u32], 0);
+        seen[start] = true;
+        while next < component.len() {
+            for &w in &around[component[next] as usize] {
+                if !std::mem::replace(&mut seen[w as usize], true) {
+                    component.push(w);
+                }
+            }
+            next += 1;
+        }
+        let own = component.iter().flat_map(|&v| around[v as usize].iter().map(move |&w| [v, w]));
+        let own: Vec<[u32; 2]> = own.filter(|[v, w]| v < w).collect();
+        let stays = component.iter().any(|&v| keep[v as usize]) || own.iter().any(|edge| edges[edge]);
+        if !stays && own.iter().map(length).sum::<f64>() < least_length {
+            dropped.extend(own.into_iter().filter(|edge| edges.remove(edge).is_some()));
+        }
+    }
+    dropped.sort_unstable();
+    dropped
 }
 
 /// Marked and border edges, and whether each is a border.
@@ -187,7 +251,7 @@ mod tests {
 
     fn of(n: u32, features: &Features) -> Result<Network, RetopologyError> {
         let (mesh, topology) = grid(n);
-        network(&mesh, &topology, features, 50_f64.to_radians())
+        network(&mesh, &topology, features, 50_f64.to_radians(), 0.0)
     }
 
     #[test]
@@ -221,11 +285,31 @@ mod tests {
         // An octagon, its corners cut by the diagonals of the grid's squares or by two of its edges.
         let (mesh, topology) = grid(9);
         let ring = [at(3, 2), at(4, 2), at(5, 3), at(5, 4), at(4, 4), at(3, 3), at(3, 2)];
-        let found = network(&mesh, &topology, &marked(&ring), 3.0).unwrap();
+        let found = network(&mesh, &topology, &marked(&ring), 3.0, 0.0).unwrap();
         let closed: Vec<&Chain> = found.chains.iter().filter(|chain| chain.closed && !chain.border).collect();
         assert_eq!(closed.len(), 1);
         assert_eq!(closed[0].vertices.iter().collect::<std::collections::BTreeSet<_>>().len(), 6);
         assert_eq!(closed[0].walk().count(), 7);
+    }
+
+    #[test]
+    fn crumbs_and_short_branches_are_dropped_unless_marked() {
+        // A line of six edges with a branch of one, and a crumb of two edges; edges of the sheet have length 1 / 9 of it.
+        let at = |i: u32, j: u32| i * 10 + j;
+        let line: Vec<u32> = (1..8).map(|j| at(2, j)).collect();
+        let mut features = marked(&line);
+        features.edges.extend([[at(2, 4), at(3, 4)], [at(6, 2), at(6, 3)], [at(6, 3), at(6, 4)]]);
+        let (mesh, topology) = grid(9);
+        let edge = mesh.positions[0].distance(mesh.positions[1]);
+        let found = |features: &Features, edges: f64| network(&mesh, &topology, features, 0.9, edges * edge).unwrap();
+        assert!(found(&features, 0.9).dropped.is_empty());
+        let some = found(&features, 1.5);
+        assert_eq!(some.dropped, [[at(2, 4), at(3, 4)]]);
+        assert_eq!(some.chains.iter().filter(|chain| !chain.border).count(), 2);
+        assert_eq!(found(&features, 2.5).dropped.len(), 3);
+        assert_eq!(found(&features, 100.0).dropped.len(), 9, "borders stay");
+        features.vertices = vec![at(6, 3), at(3, 4)];
+        assert!(found(&features, 2.5).dropped.is_empty());
     }
 
     #[test]

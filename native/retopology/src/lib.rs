@@ -8,26 +8,37 @@ mod anneal;
 mod density;
 mod division;
 mod error;
+pub mod failure;
 mod fill;
+mod inspect;
 mod measures;
 mod optimise;
+mod output;
 mod pairing;
 mod patch;
+mod pipeline;
 mod quads;
 mod rails;
+mod sources;
 mod surfaces;
 mod templates;
 #[cfg(test)]
 mod test_bases;
+mod triangulate;
 
 pub use density::Size;
 pub use error::LayoutError;
+pub use failure::RetopologizeError;
+pub use output::{BasePath, FeatureKind, Output, OutputFeature, Report};
 pub use pairing::Pairing;
+pub use pipeline::{Options, retopologize};
 pub use quads::{FeatureEdge, LayoutOptions, LayoutReport, Quads, SourcePoint, quads_from_base};
+pub use sources::CornerSource;
 pub use templates::{Catalogue, Template, TemplateChoice, TemplateError};
 
 mod assemble;
 pub mod base_error;
+mod breakpoints;
 pub mod build;
 mod bulges;
 mod cells;

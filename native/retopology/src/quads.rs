@@ -34,6 +34,8 @@ pub struct LayoutOptions {
     pub catalogue: Catalogue,
     /// Templates chosen, by the base edge between the two triangles of a pair; such pairs are always patches. Default: none.
     pub templates: BTreeMap<u32, TemplateChoice>,
+    /// Base vertices that keep their place although no feature ends or bends there. Default: none.
+    pub fixed: Vec<u32>,
     /// Rounds of the rectangles' pull. Default 30.
     pub rounds: usize,
     /// Whether a topological search takes out irregular vertices away from features. Default: no, it undoes the layout.
@@ -49,6 +51,7 @@ impl Default for LayoutOptions {
             irregularity: 20.0,
             catalogue: Catalogue::default(),
             templates: BTreeMap::new(),
+            fixed: Vec::new(),
             rounds: 30,
             improve: false,
         }
@@ -153,7 +156,13 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
 
     monitor.stage("fill", 0.4)?;
     let topologies = fill::topologies(plan, &counts.of_edge, monitor)?;
-    let rails = Rails::new(base, &measures);
+    let mut rails = Rails::new(base, &measures);
+    for &v in &options.fixed {
+        let Some(corner) = rails.corner.get_mut(v as usize) else {
+            return Err(LayoutError::BadOption { option: "fixed", expected: "vertices of the base" });
+        };
+        *corner = true;
+    }
     let filled = fill::fill(plan, &counts, &topologies, &rails, monitor)?;
     clock.stop("fill");
 

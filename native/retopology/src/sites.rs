@@ -1,10 +1,10 @@
-//! Base vertices before any field is known: corners, breakpoints that divide the curves, and free sites between them.
+//! Free sites: base vertices between the curves.
 //!
-//! In Daniels et al. 2011 the artist places all sites. Here curves are divided evenly in wanted edge lengths, and the rest of
-//! the surface is filled by farthest points, then evened out by moving each to the centre of its cell (Lloyd).
+//! In Daniels et al. 2011 the artist places all sites. Here what curves leave of the surface is filled by farthest points, then
+//! evened out by moving each to the centre of its cell (Lloyd).
 
 use crate::base_error::RetopologyError;
-use crate::features::{Chain, Network};
+use crate::features::Network;
 use crate::metric::Metric;
 use crate::split_mesh::SplitMesh;
 use mesh::{DVec3, Monitor, NONE};
@@ -15,57 +15,6 @@ const REACH: f64 = 0.72;
 const OFF_CURVE: f64 = 1.3;
 /// Rounds of moving free sites to the centres of their cells.
 const ROUNDS: usize = 5;
-/// A curve turns by at most this much between breakpoints, radians.
-const LARGEST_TURN: f64 = 1.75;
-
-/// Base vertices that lie on curves, and where.
-#[derive(Debug, Clone, Default)]
-pub struct Breakpoints {
-    /// For each chain the indices of its breakpoints into [`crate::features::Chain::walk`], ascending; the ends of an open
-    /// chain are among them, and the first of a closed one stands for its last too.
-    pub along: Vec<Vec<usize>>,
-}
-
-/// Pieces that a chain must have: enough for its turns, at least three round a closed curve or a loop from a corner to itself.
-pub fn least_pieces(mesh: &SplitMesh, chain: &Chain) -> usize {
-    let walk: Vec<u32> = chain.walk().collect();
-    let at = |k: usize| mesh.positions[walk[k] as usize];
-    let turn: f64 = (1..walk.len() - 1).map(|k| (at(k) - at(k - 1)).angle_between(at(k + 1) - at(k))).sum();
-    let least = if walk[0] == walk[walk.len() - 1] { 3 } else { 1 };
-    // A zigzag turns a lot and gets nowhere: no more pieces than edges.
-    ((turn / LARGEST_TURN).ceil() as usize).max(least).min(walk.len() - 1)
-}
-
-/// Divides every chain into pieces of about the wanted lengths, and no fewer than [`least_pieces`].
-pub fn divide_curves(mesh: &SplitMesh, network: &Network, wanted: &[f64]) -> Breakpoints {
-    let along = network.chains.iter().map(|chain| {
-        let walk: Vec<u32> = chain.walk().collect();
-        let at = |k: usize| mesh.positions[walk[k] as usize];
-        let mut reached = vec![0.0];
-        for k in 1..walk.len() {
-            let size = 0.5 * (wanted[walk[k - 1] as usize] + wanted[walk[k] as usize]);
-            reached.push(reached[k - 1] + at(k).distance(at(k - 1)) / size);
-        }
-        let pieces = (reached[walk.len() - 1].round() as usize).max(least_pieces(mesh, chain)).min(walk.len() - 1);
-        divided(&reached, pieces)
-    });
-    Breakpoints { along: along.collect() }
-}
-
-/// Indices nearest to even fractions of the way, strictly rising from 0 to the last; `pieces` is at most their number.
-fn divided(reached: &[f64], pieces: usize) -> Vec<usize> {
-    let last = reached.len() - 1;
-    let mut at = vec![0];
-    for piece in 1..pieces {
-        let goal = reached[last] * piece as f64 / pieces as f64;
-        let k = reached.partition_point(|&r| r < goal);
-        let nearest = if k > 0 && goal - reached[k - 1] < reached[k] - goal { k - 1 } else { k };
-        // Leave one for each piece before and behind.
-        at.push(nearest.clamp(at[piece - 1] + 1, last - (pieces - piece)));
-    }
-    at.push(last);
-    at
-}
 
 /// Fills the surface between the vertices in `fixed` with free sites. Every component gets at least one base vertex.
 ///

@@ -1,22 +1,20 @@
 //! How long base edges should be, place by place; and a surface fine enough to hold them.
 //!
-//! Not in Daniels et al. 2011, where the artist places every site. The wanted length is even but for two things: near curves
-//! that run close to one another it is some multiple of their distance, so that base triangles between them do not become
-//! needles; and it grows from there no faster than a given slope.
+//! Not in Daniels et al. 2011, where the artist places every site. The wanted length is even but for three things: near
+//! curves that run close to one another it is some multiple of their distance, so that base triangles between them do not
+//! become needles; on curves that turn it is no more than a given turn takes; and it grows from there no faster than a given
+//! slope. It never falls below a few edges of the quads to come, where these are known.
 
 use crate::base_error::RetopologyError;
+use crate::breakpoints::{Course, faces};
 use crate::build::BaseOptions;
-use crate::features::{Chain, Network};
+use crate::features::Network;
 use crate::metric::Metric;
-use crate::sites::least_pieces;
 use crate::split_mesh::SplitMesh;
 use mesh::{Monitor, NONE, sorted};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 
-/// Two points of one curve, or of curves that share a corner, are neighbours along the curve and no pair of parallel
-/// strands when the way along it is at most this multiple of the way across.
-const DETOUR: f64 = 2.5;
 /// Surface edges are split until they are at most this fraction of the wanted base edge.
 const RESOLUTION: f64 = 0.3;
 
@@ -31,8 +29,8 @@ pub struct Sizing {
     gradation: f64,
 }
 
-/// Finds the wanted base edge lengths. O(n log n).
-pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions) -> Sizing {
+/// Finds the wanted base edge lengths, none below `least`. O(n log n).
+pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions, least: f64) -> Sizing {
     let metric = Metric::new(mesh);
     let n = mesh.positions.len();
     let area: f64 = (0..mesh.origin.len() as u32 / 3)
@@ -42,79 +40,28 @@ pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions
         })
         .sum();
     // The edge of an equilateral triangulation with this many vertices.
-    let even = (2.0 * area / (3.0_f64.sqrt() * f64::from(options.vertices))).sqrt();
+    let even = (2.0 * area / (3.0_f64.sqrt() * f64::from(options.vertices))).sqrt().max(least);
 
-    // Where each curve vertex lies: its chain, and how far along.
-    let mut place = vec![(NONE, 0.0); n];
-    let mut total = vec![0.0; network.chains.len()];
-    let mut seeds = Vec::new();
-    for (c, chain) in network.chains.iter().enumerate() {
-        let mut before = None;
-        for v in chain.walk() {
-            if let Some(u) = before {
-                total[c] += distance(mesh, u, v);
-            }
-            before = Some(v);
-            if place[v as usize].0 == NONE {
-                place[v as usize] = (c as u32, total[c]);
-                seeds.push((v, 0.0, v));
-            }
-        }
-    }
-    seeds.extend(network.points.iter().map(|&v| (v, 0.0, v)));
-    let (mut away, mut nearest) = (vec![f64::INFINITY; n], vec![NONE; n]);
-    metric.spread(&mut away, &mut nearest, &seeds, 1.0);
-
-    let is_corner = |v: u32| network.corners.binary_search(&v).is_ok();
-    let joined = |a: u32, b: u32| {
-        let chain_ends = |c: u32| {
-            let chain: &Chain = &network.chains[c as usize];
-            (!chain.closed).then(|| [chain.vertices[0], chain.vertices[chain.vertices.len() - 1]])
-        };
-        let (ends_a, ends_b) = (chain_ends(a), chain_ends(b));
-        ends_a.zip(ends_b).is_some_and(|(p, q)| p.iter().any(|v| q.contains(v)))
-    };
     let mut limits = BTreeMap::<u32, f64>::new();
-    for h in 0..mesh.origin.len() as u32 {
-        let (a, b) = (nearest[mesh.from(h) as usize], nearest[mesh.to(h) as usize]);
-        if a == NONE || b == NONE || a == b || is_corner(a) || is_corner(b) {
-            continue;
-        }
-        let across = away[mesh.from(h) as usize] + mesh.length(h) + away[mesh.to(h) as usize];
-        let ((chain_a, at_a), (chain_b, at_b)) = (place[a as usize], place[b as usize]);
-        let neighbours = if chain_a == NONE || chain_b == NONE {
-            false
-        } else if chain_a == chain_b {
-            let straight = (at_a - at_b).abs();
-            let chain = &network.chains[chain_a as usize];
-            let along = if chain.closed { straight.min(total[chain_a as usize] - straight) } else { straight };
-            along <= DETOUR * across
-        } else {
-            joined(chain_a, chain_b)
-        };
-        if !neighbours {
-            for v in [a, b] {
-                let limit = limits.entry(v).or_insert(f64::INFINITY);
-                *limit = limit.min(options.aspect * across);
-            }
+    let mut limit = |v: u32, length: f64| {
+        let limit = limits.entry(v).or_insert(f64::INFINITY);
+        *limit = limit.min(length.max(least));
+    };
+    for facing in faces(mesh, &metric, network) {
+        for v in facing.ends {
+            limit(v, options.aspect * facing.across);
         }
     }
-    // The pieces of a chain are no longer than it lets them be.
-    for (c, chain) in network.chains.iter().enumerate() {
-        let longest = total[c] / least_pieces(mesh, chain) as f64;
-        for v in chain.walk() {
-            let limit = limits.entry(v).or_insert(f64::INFINITY);
-            *limit = limit.min(longest);
+    for chain in &network.chains {
+        let course = Course::new(mesh, chain, even);
+        for (&v, longest) in course.walk.iter().zip(course.longest_pieces()) {
+            limit(v, longest);
         }
     }
     let mut wanted = vec![even; n];
     let seeds: Vec<(u32, f64, u32)> = limits.into_iter().map(|(v, limit)| (v, limit, 0)).collect();
     metric.spread(&mut wanted, &mut vec![0; n], &seeds, options.gradation);
     Sizing { wanted, even, gradation: options.gradation }
-}
-
-fn distance(mesh: &SplitMesh, a: u32, b: u32) -> f64 {
-    mesh.positions[a as usize].distance(mesh.positions[b as usize])
 }
 
 /// An edge to be split, as its ends; the most oversized first.

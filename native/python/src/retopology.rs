@@ -1,0 +1,240 @@
+//! `quadloom.retopologize` and its result.
+
+use crate::arrays;
+use crate::errors::{self, InternalError, InvalidMeshError, QuadloomError};
+use crate::mesh::Mesh;
+use crate::worker;
+use ::retopology::build::BaseOptions;
+use ::retopology::detect::DetectOptions;
+use ::retopology::failure::Elements;
+use ::retopology::features::Features;
+use ::retopology::{CornerSource, LayoutOptions, Options, Output, Pairing, RetopologizeError, Size};
+use mesh::{DVec3, NONE};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// What `retopologize` returns.
+#[pyclass(frozen, get_all, module = "quadloom")]
+pub struct RetopologyResult {
+    /// The result, every face a quad.
+    mesh: Py<Mesh>,
+    /// The base triangulation, with straight edges.
+    base: Py<Mesh>,
+    /// (B, 2) int32: the edges of `base`, as vertex pairs.
+    base_edges: Py<PyArray2<i32>>,
+    /// Those edges as they lie on the surface: a list of B (N, 3) float64 arrays of points, from first to second vertex.
+    base_paths: Vec<Py<PyArray2<f64>>>,
+    /// (B,) int32: the feature chain that each of `base_paths` lies on, -1 for none.
+    base_chain: Py<PyArray1<i32>>,
+    /// (E, 2) int32: edges of `mesh` that lie on features, open borders among them, as vertex pairs.
+    feature_edges: Py<PyArray2<i32>>,
+    /// (E,) int32: the chain each of `feature_edges` belongs to; a chain runs from corner to corner.
+    feature_chain: Py<PyArray1<i32>>,
+    /// (E,) int32: why it is a feature: 0 marked, 1 detected, 2 an open border and nothing else.
+    feature_kind: Py<PyArray1<i32>>,
+    /// (E, 2) int32: the edge of the input under the middle of each of `feature_edges`, as a pair of the input's vertices.
+    feature_source: Py<PyArray2<i32>>,
+    /// Where each corner's attributes come from.
+    corner_source: Py<CornerPoints>,
+    /// What was done: counts, quality, seconds a stage, warnings.
+    report: Py<PyAny>,
+}
+
+/// Where each of the C corners of a result takes its attributes from: a point of a face of the input, on the corner's own
+/// side of every feature.
+#[pyclass(frozen, get_all, module = "quadloom")]
+pub struct CornerPoints {
+    /// (C,) int32: face of the input.
+    face: Py<PyArray1<i32>>,
+    /// (C, 3) int32: three corners of that face, as indices into the input's `corner_verts`.
+    corners: Py<PyArray2<i32>>,
+    /// (C, 3) float64: weights of the three; none negative, each row sums to 1.
+    weights: Py<PyArray2<f64>>,
+}
+
+/// Adds the function and its classes to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<RetopologyResult>()?;
+    module.add_class::<CornerPoints>()?;
+    module.add_function(wrap_pyfunction!(retopologize, module)?)
+}
+
+/// An all-quad mesh of a surface in which marked edges are chains of edges and corners of features stay where they are.
+///
+/// The surface may have triangles, quads and n-gons, open borders, any genus and any number of parts. Open borders are
+/// features without being marked. With few features or none, base vertices are added where an even layout needs them.
+///
+/// feature_edges: (E, 2) vertex pairs, edges of faces, each given once; None for none.
+/// feature_verts: (N,) vertices that stay vertices where they are; None for none.
+/// target_faces: how many quads, 1 to 4,000,000.
+/// edge_length: length of the edges where the density is 1, in place of target_faces; scene units, above 0.
+/// density: (V,) how much denser the edges are round each vertex, above 0: edges are 1/density as long; None for 1.
+/// detect: whether edges between faces that turn sharply are features as well.
+/// detect_angle: detected curves start at edges turned by more than this; radians, 0 to pi, by default 40 degrees.
+/// detect_continue_angle: they go on over edges turned by more than this; radians, 0 to detect_angle, by default 25 degrees.
+/// detect_length: shorter ones are dropped; fraction of the bounding-box diagonal, 0 to 1.
+/// corner_angle: features have a corner where they turn by more than this; radians, 0 to pi, by default 50 degrees.
+/// base_vertices: vertices of an even base triangulation, 4 to 100,000; features add more where they need them.
+/// coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
+/// pairing: "valence" or "matching": how base triangles become patches; "matching" is the paper's rule.
+/// improve: whether irregular vertices away from features are searched out one by one, at the price of the coarse layout.
+/// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+///
+/// Raises `InvalidMeshError` (no manifold with one side out, no area ...), `Cancelled`, or `QuadloomError` when a feature is
+/// no edge of the surface (its elements "features" and "feature_verts" are positions in the lists given)
+/// or an option is out of range.
+///
+/// The interpreter is released throughout. Same input, same bytes out. Time grows about linearly with the faces of input and
+/// result. After J. Daniels et al., Template-based quadrilateral meshing, Computers & Graphics 35(3), 2011.
+#[pyfunction]
+#[pyo3(signature = (
+    mesh, feature_edges = None, feature_verts = None, target_faces = 4000, *, edge_length = None, density = None,
+    detect = false, detect_angle = 0.698_131_700_797_731_8, detect_continue_angle = 0.436_332_312_998_582_4,
+    detect_length = 0.04, corner_angle = 0.872_664_625_997_164_8, base_vertices = 100, coarseness = 0.5,
+    pairing = "valence", improve = false, progress = None
+))]
+// One Python keyword each: the signature is the interface.
+#[allow(clippy::too_many_arguments)]
+pub fn retopologize(
+    py: Python<'_>,
+    mesh: &Bound<'_, Mesh>,
+    feature_edges: Option<Bound<'_, PyAny>>,
+    feature_verts: Option<Bound<'_, PyAny>>,
+    target_faces: i64,
+    edge_length: Option<f64>,
+    density: Option<Bound<'_, PyAny>>,
+    detect: bool,
+    detect_angle: f64,
+    detect_continue_angle: f64,
+    detect_length: f64,
+    corner_angle: f64,
+    base_vertices: i64,
+    coarseness: f64,
+    pairing: &str,
+    improve: bool,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<RetopologyResult> {
+    let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
+    let features = Features {
+        edges: feature_edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges")).map_err(bad_option)?,
+        vertices: feature_verts
+            .map_or(Ok(vec![]), |given| arrays::indices(&given, "feature_verts"))
+            .map_err(bad_option)?,
+    };
+    let density = density.map_or(Ok(vec![]), |given| arrays::numbers(&given, "density")).map_err(bad_option)?;
+    if density.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
+        return Err(bad_option("density must be a positive number at every vertex".into()));
+    }
+    if !(0.0..=1.0).contains(&coarseness) {
+        return Err(bad_option(format!("coarseness is {coarseness}, but it must lie between 0 and 1")));
+    }
+    let pairing = match pairing {
+        "valence" => Pairing::default(),
+        "matching" => Pairing::PAPER,
+        _ => return Err(bad_option(format!("pairing is \"{pairing}\"; it must be one of: valence, matching"))),
+    };
+    let detection =
+        DetectOptions { start_angle: detect_angle, continue_angle: detect_continue_angle, min_length: detect_length };
+    let options = Options {
+        base: BaseOptions {
+            vertices: whole(base_vertices),
+            corner_angle,
+            detect: detect.then_some(detection),
+            ..BaseOptions::default()
+        },
+        layout: LayoutOptions {
+            size: edge_length.map_or(Size::TargetFaces(whole(target_faces) as usize), Size::EdgeLength),
+            density: density.iter().map(|d| d.recip()).collect(),
+            pairing,
+            irregularity: irregularity(coarseness),
+            improve,
+            ..LayoutOptions::default()
+        },
+    };
+    let mesh = Arc::clone(&mesh.get().inner);
+    let outcome = worker::run(py, progress.as_ref(), move |monitor| {
+        ::retopology::retopologize(&mesh, &features, &options, monitor)
+    })?;
+    to_result(py, outcome.map_err(|error| to_exception(py, error))?)
+}
+
+/// Out of range is out of range: the crate says so.
+fn whole(number: i64) -> u32 {
+    u32::try_from(number.max(0)).unwrap_or(u32::MAX)
+}
+
+/// What a patch of unequal sides costs: 0.2 stretched quads for even lengths, 20 in the middle, any number for the coarsest.
+fn irregularity(coarseness: f64) -> f64 {
+    if coarseness < 1.0 { 20.0 * 10_f64.powf(4.0 * (coarseness - 0.5)) } else { f64::INFINITY }
+}
+
+fn to_result(py: Python<'_>, output: Output) -> PyResult<RetopologyResult> {
+    let report = serde_json::to_string(&output.report)
+        .map_err(|cause| errors::raise_plain::<InternalError>(py, "internal", cause.to_string()))?;
+    let features = &output.feature_edges;
+    let edges: Vec<[u32; 2]> = features.iter().map(|edge| edge.ends).collect();
+    let sources: Vec<[u32; 2]> = features.iter().map(|edge| edge.input_edge).collect();
+    let path = |points: &[DVec3]| {
+        let rows: Vec<[f64; 3]> = points.iter().map(DVec3::to_array).collect();
+        Ok::<_, PyErr>(arrays::rows(py, &rows)?.unbind())
+    };
+    let chain = |chain: Option<u32>| chain.filter(|&c| c != NONE).map_or(-1, |c| c as i32);
+    Ok(RetopologyResult {
+        mesh: Py::new(py, Mesh::from(output.mesh))?,
+        base: Py::new(py, Mesh::from(output.base))?,
+        base_edges: arrays::index_pairs(py, &output.base_paths.iter().map(|base| base.ends).collect::<Vec<_>>())?
+            .unbind(),
+        base_paths: output.base_paths.iter().map(|base| path(&base.points)).collect::<PyResult<_>>()?,
+        base_chain: PyArray1::from_iter(py, output.base_paths.iter().map(|base| chain(base.chain))).unbind(),
+        feature_edges: arrays::index_pairs(py, &edges)?.unbind(),
+        feature_chain: PyArray1::from_iter(py, features.iter().map(|edge| edge.chain as i32)).unbind(),
+        feature_kind: PyArray1::from_iter(py, features.iter().map(|edge| edge.kind as i32)).unbind(),
+        feature_source: arrays::index_pairs(py, &sources)?.unbind(),
+        corner_source: Py::new(py, corner_points(py, &output.corner_source)?)?,
+        report: py.import("json")?.call_method1("loads", (report,))?.unbind(),
+    })
+}
+
+fn corner_points(py: Python<'_>, sources: &[CornerSource]) -> PyResult<CornerPoints> {
+    let corners: Vec<[i32; 3]> = sources.iter().map(|source| source.corners.map(|c| c as i32)).collect();
+    let weights: Vec<[f64; 3]> = sources.iter().map(|source| source.weights).collect();
+    Ok(CornerPoints {
+        face: PyArray1::from_iter(py, sources.iter().map(|source| source.face as i32)).unbind(),
+        corners: arrays::rows(py, &corners)?.unbind(),
+        weights: arrays::rows(py, &weights)?.unbind(),
+    })
+}
+
+fn to_exception(py: Python<'_>, error: RetopologizeError) -> PyErr {
+    let sentence = error.to_string();
+    match error {
+        RetopologizeError::Invalid { code, elements, .. } => {
+            errors::raise::<InvalidMeshError>(py, code, sentence, None, named(&elements))
+        }
+        RetopologizeError::Feature { code, elements, .. } => {
+            errors::raise::<QuadloomError>(py, code, sentence, None, named(&elements))
+        }
+        RetopologizeError::Option(_) => errors::raise_plain::<QuadloomError>(py, "option", in_keywords(&sentence)),
+        RetopologizeError::Cancelled(_) => worker::cancelled(py),
+        RetopologizeError::Internal { .. } => errors::raise_plain::<InternalError>(py, "internal", sentence),
+    }
+}
+
+/// A sentence about an option of the crate, with the keyword's name.
+fn in_keywords(sentence: &str) -> String {
+    let keywords = [
+        ("start_angle", "detect_angle"),
+        ("continue_angle", "detect_continue_angle"),
+        ("min_length", "detect_length"),
+        ("vertices", "base_vertices"),
+    ];
+    keywords.iter().fold(sentence.to_owned(), |text, (field, keyword)| {
+        text.replace(&format!("option {field} must"), &format!("option {keyword} must"))
+            .replace(&format!("to {field}"), &format!("to {keyword}"))
+    })
+}
+
+fn named(elements: &Elements) -> impl Iterator<Item = (String, &[u32])> {
+    elements.iter().map(|(kind, indices)| ((*kind).to_owned(), indices.as_slice()))
+}
