@@ -46,7 +46,7 @@ pub struct BaseOptions {
     /// Connected features, and branches of them that end nowhere, are dropped when shorter than this many edges of the quads
     /// to come, 0 to 100; they are in the report. Default: 0.5, for less than half an edge is no edge.
     pub least_feature: f64,
-    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 50. Default: 12.
+    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 50. Default: 8.
     pub aspect: f64,
     /// How fast the wanted edge length may grow, per unit of distance, 0.1 to 10. Default: 0.8.
     pub gradation: f64,
@@ -63,7 +63,7 @@ impl Default for BaseOptions {
             final_edge: None,
             least_quads: 2.5,
             least_feature: 0.5,
-            aspect: 12.0,
+            aspect: 8.0,
             gradation: 0.8,
             corner_angle: 50_f64.to_radians(),
             detect: None,
