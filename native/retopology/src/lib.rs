@@ -5,11 +5,14 @@
 pub mod base;
 
 mod anneal;
+mod chords;
+mod curvature;
 mod density;
 mod division;
 mod error;
 mod fill;
 mod measures;
+mod mend;
 mod optimise;
 mod pairing;
 mod patch;
