@@ -26,7 +26,7 @@ use surface::intrinsic::Intrinsic;
 use surface::laplacian::cotangent_weights;
 
 /// Rounds of flipping base edges by their lengths and drawing them anew.
-const FLIP_ROUNDS: usize = 3;
+const FLIP_ROUNDS: usize = 4;
 
 /// Rounds of putting base vertices on what bulges out of base triangles.
 const BULGE_ROUNDS: usize = 2;
@@ -46,7 +46,7 @@ pub struct BaseOptions {
     /// Connected features, and branches of them that end nowhere, are dropped when shorter than this many edges of the quads
     /// to come, 0 to 100; they are in the report. Default: 0.5, for less than half an edge is no edge.
     pub least_feature: f64,
-    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 50. Default: 12.
+    /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 50. Default: 8.
     pub aspect: f64,
     /// How fast the wanted edge length may grow, per unit of distance, 0.1 to 10. Default: 0.8.
     pub gradation: f64,
@@ -63,7 +63,7 @@ impl Default for BaseOptions {
             final_edge: None,
             least_quads: 2.5,
             least_feature: 0.5,
-            aspect: 12.0,
+            aspect: 8.0,
             gradation: 0.8,
             corner_angle: 50_f64.to_radians(),
             detect: None,
@@ -200,7 +200,7 @@ pub fn build_base(
     monitor.stage("triangulating", 0.4)?;
     let mut drawn = Drawn::new(&mut work, &mut report, &mut clock, monitor)?;
     for _ in 0..BULGE_ROUNDS {
-        let lengths = drawn.straight.lengths(&drawn.drawing, &drawn.dual);
+        let lengths = drawn.straight.lengths(&drawn.drawing, &drawn.dual, false);
         let tips = bulges::tips(&drawn.drawing, &drawn.dual, &work.peaks, &lengths, work.mesh.positions.len());
         if tips.is_empty() {
             break;
@@ -268,7 +268,7 @@ impl Drawn {
         clock.lap(report, "paths");
         let mut straight = Straightened::new(&drawing, &dual, &work.peaks, monitor)?;
         for _ in 0..FLIP_ROUNDS {
-            let flips = dual.improve(&straight.lengths(&drawing, &dual));
+            let flips = dual.improve([false, true].map(|along| straight.lengths(&drawing, &dual, along)));
             if flips.is_empty() {
                 break;
             }
@@ -318,11 +318,16 @@ impl Straightened {
         Ok(Self { topology, triangulation, paths: network.paths })
     }
 
-    /// Length of every base edge, of those on curves between their ends.
-    fn lengths(&self, drawing: &Drawing, dual: &Dual) -> Vec<f64> {
+    /// Length of every base edge; of those on curves `along` them, or else between their ends.
+    fn lengths(&self, drawing: &Drawing, dual: &Dual, along: bool) -> Vec<f64> {
         let at = |v: u32| drawing.mesh.positions[v as usize];
-        // The chord of a curve is nearer than the curve itself to the side of a triangle unfolded into the plane.
-        let curve = |path: &[u32]| at(path[0]).distance(at(path[path.len() - 1]));
+        let curve = |path: &[u32]| {
+            if along {
+                path.windows(2).map(|pair| at(pair[0]).distance(at(pair[1]))).sum()
+            } else {
+                at(path[0]).distance(at(path[path.len() - 1]))
+            }
+        };
         let free = |path: &[u32]| path.iter().map(|&h| self.triangulation.length_of(h)).sum::<f64>();
         (0..self.paths.len())
             .map(|k| if dual.piece[k].is_some() { curve(&drawing.paths[k]) } else { free(&self.paths[k]) })

@@ -54,10 +54,10 @@ impl Dual {
         Ok(Self { triangles, sides, ends, piece: cells.arcs.iter().map(|arc| arc.piece).collect() })
     }
 
-    /// Flips edges where that is worth it, by their `lengths`; returns the flips in order. The path of each
+    /// Flips edges where that is worth it, by their `lengths` with curves as their chords and along them: a strip beside an
+    /// arc looks flat by chords, a cap on an arc along it, so a flip must be better by both. Returns the flips in order. The path of each
     /// edge must then be drawn anew between its new ends, through the two triangles it lies in at that moment.
-    pub fn improve(&mut self, lengths: &[f64]) -> Vec<Flip> {
-        let mut lengths = lengths.to_vec();
+    pub fn improve(&mut self, mut lengths: [Vec<f64>; 2]) -> Vec<Flip> {
         let mut at = vec![[NONE; 2]; self.ends.len()];
         for (t, sides) in self.sides.iter().enumerate() {
             for &e in sides {
@@ -75,12 +75,15 @@ impl Dual {
             if self.piece[e as usize].is_some() || t == NONE || budget == 0 {
                 continue;
             }
-            let Some((ends, length)) = self.better(e, s, t, &lengths, &joined) else { continue };
+            let Some(ends) = self.new_ends(e, s, t, &joined) else { continue };
+            let [by_chord, along] = [0, 1].map(|k| self.better(e, s, t, &lengths[k]));
+            let Some((by_chord, along)) = by_chord.zip(along) else { continue };
             budget -= 1;
             joined.remove(&self.ends[e as usize]);
             joined.insert(ends, e);
             self.ends[e as usize] = ends;
-            lengths[e as usize] = length;
+            lengths[0][e as usize] = by_chord;
+            lengths[1][e as usize] = along;
             let (i, j) = (self.place(s, e), self.place(t, e));
             let (a, b) = (self.sides[s as usize], self.sides[t as usize]);
             let (p, q) = (self.triangles[s as usize], self.triangles[t as usize]);
@@ -106,20 +109,16 @@ impl Dual {
         self.sides[t as usize].iter().position(|&side| side == e).unwrap_or(0)
     }
 
-    /// The other diagonal of two triangles, when it is better.
-    fn better(
-        &self,
-        e: u32,
-        s: u32,
-        t: u32,
-        lengths: &[f64],
-        joined: &BTreeMap<[u32; 2], u32>,
-    ) -> Option<([u32; 2], f64)> {
+    /// What the other diagonal of two triangles joins, unless that is joined already.
+    fn new_ends(&self, e: u32, s: u32, t: u32, joined: &BTreeMap<[u32; 2], u32>) -> Option<[u32; 2]> {
         let (i, j) = (self.place(s, e), self.place(t, e));
         let ends = sorted(self.triangles[s as usize][(i + 2) % 3], self.triangles[t as usize][(j + 2) % 3]);
-        if ends[0] == ends[1] || joined.contains_key(&ends) {
-            return None;
-        }
+        (ends[0] != ends[1] && !joined.contains_key(&ends)).then_some(ends)
+    }
+
+    /// The length of the other diagonal of two triangles, when it is better.
+    fn better(&self, e: u32, s: u32, t: u32, lengths: &[f64]) -> Option<f64> {
+        let (i, j) = (self.place(s, e), self.place(t, e));
         let side = |t: u32, k: usize| lengths[self.sides[t as usize][k % 3] as usize];
         let c = lengths[e as usize];
         // Left: from the end of e to the apex, and back to its start; right the same, seen along e.
@@ -134,7 +133,7 @@ impl Dual {
             (left_start.powi(2) + right_start.powi(2) - 2.0 * left_start * right_start * at_start.cos()).sqrt();
         let now = least(left_end, left_start, c).min(least(right_end, right_start, c));
         let then = least(left_start, right_start, across).min(least(left_end, right_end, across));
-        (then > now + WORTHWHILE).then_some((ends, across))
+        (then > now + WORTHWHILE).then_some(across)
     }
 }
 

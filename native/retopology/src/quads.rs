@@ -249,7 +249,7 @@ fn constraint(place: Place, rails: &Rails) -> Constraint {
 }
 
 /// Inner vertices of other valence than 4.
-fn irregular(mesh: &PolygonMesh) -> usize {
+pub(crate) fn irregular(mesh: &PolygonMesh) -> usize {
     let topology = mesh::Topology::of(mesh);
     let off = |v: &u32| !topology.is_border_vertex(*v) && topology.around(*v).count() != 4;
     (0..mesh.vertex_count() as u32).filter(off).count()
