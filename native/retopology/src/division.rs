@@ -8,10 +8,13 @@
 use crate::base::Base;
 use crate::rails::Rails;
 use mesh::DVec3;
+use std::f64::consts::PI;
 use surface::smooth_star::Polyline;
 
 /// A vertex on a bend of more than this stays there while quads are smoothed: 12 degrees.
-const PINNING_TURN: f64 = 12.0 * std::f64::consts::PI / 180.0;
+const PINNING_TURN: f64 = PI * 12.0 / 180.0;
+/// An edge may differ from the direction of its rail by this much; more costs as much as an edge of zero length: 9 degrees.
+const MOST_STRAY: f64 = PI * 9.0 / 180.0;
 /// An edge that leaves its rail by this fraction of the edge length costs as much as one of zero length.
 const TOLERANCE: f64 = 0.03;
 /// Weight of a vertex's distance from its even place, in edges, squared.
@@ -29,13 +32,17 @@ pub(crate) struct Division {
     pub edge_stays: Vec<Vec<bool>>,
 }
 
-/// The least number of chords between points of a polyline that stay within `error` of it, by greedy choice. O(n · longest
-/// chord).
-pub(crate) fn least_parts(points: &[DVec3], error: f64) -> u32 {
+/// The least number of chords between points of a polyline that stay within `error` of it and, those longer than
+/// `shortest`, within [`MOST_STRAY`] of its direction, by greedy choice. O(n · longest chord).
+pub(crate) fn least_parts(points: &[DVec3], error: f64, shortest: f64) -> u32 {
+    let follows = |part: &[DVec3]| {
+        let length = part[0].distance(part[part.len() - 1]);
+        leaves(part) <= error && (length <= shortest || strays(part) <= MOST_STRAY)
+    };
     let (mut from, mut parts) = (0, 0);
     while from + 1 < points.len() {
         let mut to = from + 1;
-        while to + 1 < points.len() && leaves(&points[from..=to + 1]) <= error {
+        while to + 1 < points.len() && follows(&points[from..=to + 1]) {
             to += 1;
         }
         parts += 1;
@@ -54,6 +61,13 @@ fn leaves(points: &[DVec3]) -> f64 {
     points.iter().map(off).fold(0.0, f64::max)
 }
 
+/// The greatest angle between a polyline and the chord between its ends, radians.
+fn strays(points: &[DVec3]) -> f64 {
+    let chord = points[points.len() - 1] - points[0];
+    let steps = points.windows(2).map(|w| w[1] - w[0]).filter(|step| step.length_squared() > 0.0);
+    if chord.length_squared() > 0.0 { steps.map(|step| step.angle_between(chord)).fold(0.0, f64::max) } else { PI }
+}
+
 /// A rail as points with their arc lengths.
 struct Line {
     points: Vec<DVec3>,
@@ -70,13 +84,13 @@ impl Line {
         Self { polyline: Polyline::new(points.clone()), points, arc }
     }
 
-    /// How far the rail leaves the chord from one arc length to another.
-    fn leaves(&self, from: f64, to: f64) -> f64 {
+    /// How far the rail leaves the chord from one arc length to another, and its direction.
+    fn leaves(&self, from: f64, to: f64) -> (f64, f64) {
         let (first, last) = (self.arc.partition_point(|&a| a <= from), self.arc.partition_point(|&a| a < to));
         let mut part = vec![self.polyline.at(from)];
         part.extend(&self.points[first..last.max(first)]);
         part.push(self.polyline.at(to));
-        leaves(&part)
+        (leaves(&part), strays(&part))
     }
 
     /// How much the rail turns within a reach of an arc length.
@@ -174,7 +188,8 @@ fn choose(line: &Line, wanted: &[f64], edge_length: f64) -> Vec<f64> {
                     if length <= 0.2 * gap {
                         continue;
                     }
-                    let off = line.leaves(before, place) / (TOLERANCE * edge_length);
+                    let (away, angle) = line.leaves(before, place);
+                    let off = (away / (TOLERANCE * edge_length)).max(angle / MOST_STRAY);
                     let uneven = (length / (wanted[i] - wanted[i - 1]).max(f64::MIN_POSITIVE)).ln().powi(2);
                     let total = cost + off * off + uneven + stay;
                     if total < best.0 {

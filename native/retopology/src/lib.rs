@@ -5,6 +5,8 @@
 pub mod base;
 
 mod anneal;
+mod chords;
+mod curvature;
 mod density;
 mod division;
 mod error;
@@ -12,6 +14,7 @@ pub mod failure;
 mod fill;
 mod inspect;
 mod measures;
+mod mend;
 mod optimise;
 mod output;
 mod pairing;

@@ -1,6 +1,7 @@
 //! From a base triangulation to quads: sections 5 and 6 in one call.
 
 use crate::base::Base;
+use crate::curvature;
 use crate::density::{self, Size};
 use crate::error::LayoutError;
 use crate::fill::{self, Filled, Place};
@@ -12,6 +13,7 @@ use crate::rails::Rails;
 use crate::surfaces::{Chart, charts};
 use crate::templates::{self, Catalogue, TemplateChoice};
 use mesh::{Monitor, NONE, PolygonMesh, TriangleMesh};
+use crate::mend::{Mended, mend, qualities};
 use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -25,6 +27,9 @@ pub struct LayoutOptions {
     pub size: Size,
     /// Relative edge length at each input vertex, positive; empty for 1 everywhere. Default: empty.
     pub density: Vec<f64>,
+    /// How far edges may leave the surface for its curvature, fraction of the bounding-box diagonal: they are made shorter where it
+    /// is bent, and longer elsewhere. Above 0; infinite for even sizes. Default 0.0015.
+    pub chord_error: f64,
     /// How base triangles are merged. Default: [`Pairing::Programme`].
     pub pairing: Pairing,
     /// What a patch of unequal opposite sides costs, in quads stretched by a factor e: low for even sizes, infinite for the
@@ -47,6 +52,7 @@ impl Default for LayoutOptions {
         Self {
             size: Size::TargetFaces(4000),
             density: Vec::new(),
+            chord_error: 0.0015,
             pairing: Pairing::default(),
             irregularity: 20.0,
             catalogue: Catalogue::default(),
@@ -97,6 +103,8 @@ pub struct LayoutReport {
     pub faces: usize,
     /// Quads that were asked for, when a number was.
     pub target: Option<usize>,
+    /// Places where quads were replaced because no place of their vertices made them sound.
+    pub mended: usize,
     /// Quads still inverted; 0 unless the surface leaves no room.
     pub inverted: usize,
     /// Seconds for each stage.
@@ -133,12 +141,19 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     if options.irregularity.is_nan() || options.irregularity <= 0.0 {
         return Err(LayoutError::BadOption { option: "irregularity", expected: "above 0" });
     }
+    if options.chord_error.is_nan() || options.chord_error <= 0.0 {
+        return Err(LayoutError::BadOption { option: "chord error", expected: "above 0" });
+    }
     monitor.stage("layout", 0.0)?;
     let measures = Measures::new(base)?;
     if base.triangles.is_empty() {
         return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
     }
-    let size = density::spread(base, &options.density)?;
+    let mut size = density::spread(base, &options.density)?;
+    if options.chord_error.is_finite() {
+        let diagonal = base.surface.to_polygons().diagonal();
+        curvature::bound(base, &measures, options.chord_error * diagonal, options.size, &mut size);
+    }
     let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
     let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
     let mut patches = pair(base, &measures, options.pairing, options.irregularity.is_finite(), &forced, monitor)?;
@@ -174,10 +189,15 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         .places
         .iter()
         .zip(&filled.stays)
-        .map(|(&place, &stays)| if stays { Constraint::Fixed } else { constraint(place, &rails) })
+        .zip(tips(&filled))
+        .map(|((&place, &stays), tip)| match constraint(place, &rails) {
+            Constraint::Free if tip => Constraint::Fixed,
+            _ if stays => Constraint::Fixed,
+            other => other,
+        })
         .collect();
     let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
-    let lengths = vec![counts.edge_length; work.filled.positions.len()];
+    let lengths: Vec<f64> = work.sizes(&size).into_iter().map(|size| size * counts.edge_length).collect();
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
     let shape = Shape {
         quads: &work.filled.quads,
@@ -187,13 +207,14 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         charts: &charts,
         lengths: &lengths,
     };
-    let mut inverted = optimise(&shape, &mut work.filled.positions, options.rounds, &smooth, monitor)?.inverted;
+    optimise(&shape, &mut work.filled.positions, options.rounds, &smooth, monitor)?;
     clock.stop("optimise");
+    monitor.stage("improve", 0.8)?;
     if options.improve {
-        monitor.stage("improve", 0.8)?;
-        inverted = work.improve(&smooth, monitor)?;
-        clock.stop("improve");
+        work.improve(&smooth, monitor)?;
     }
+    let (mended, inverted) = work.mend(&smooth, monitor)?;
+    clock.stop("improve");
     monitor.stage("source", 0.95)?;
     let source = work.sources();
     clock.stop("source");
@@ -221,6 +242,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         edge_length: counts.edge_length,
         faces: mesh.face_count(),
         target: if let Size::TargetFaces(faces) = options.size { Some(faces) } else { None },
+        mended,
         inverted,
         seconds: clock.seconds,
     };
@@ -248,6 +270,29 @@ fn constraint(place: Place, rails: &Rails) -> Constraint {
     }
 }
 
+fn surfaces(charts: &[Chart]) -> Vec<&dyn Reference> {
+    charts.iter().map(|chart| chart as &dyn Reference).collect()
+}
+
+/// A base vertex that stands out from its neighbours by more than this, in edges, is the tip of something.
+const TIP: f64 = 0.3;
+
+/// The base vertices at tips: quads would slip off if these moved.
+fn tips(filled: &Filled) -> Vec<bool> {
+    let mut around = vec![(mesh::DVec3::ZERO, 0.0, 0.0); filled.positions.len()];
+    for quad in &filled.quads {
+        for k in 0..4 {
+            let [a, b, c] = [quad[k], quad[(k + 1) % 4], quad[(k + 3) % 4]].map(|v| filled.positions[v as usize]);
+            let sum = &mut around[quad[k] as usize];
+            *sum = (sum.0 + b + c, sum.1 + a.distance(b) + a.distance(c), sum.2 + 2.0);
+        }
+    }
+    let is_tip = |((&p, place), (middle, length, count)): ((&mesh::DVec3, &Place), (mesh::DVec3, f64, f64))| {
+        matches!(place, Place::Corner(_)) && count > 0.0 && p.distance(middle / count) > TIP * length / count
+    };
+    filled.positions.iter().zip(&filled.places).zip(around).map(is_tip).collect()
+}
+
 /// Inner vertices of other valence than 4.
 pub(crate) fn irregular(mesh: &PolygonMesh) -> usize {
     let topology = mesh::Topology::of(mesh);
@@ -266,31 +311,58 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// The topological search, with features and borders kept. Returns the quads still inverted.
-    fn improve(&mut self, smooth: &SmoothOptions, monitor: &Monitor) -> Result<usize, LayoutError> {
-        let features: Vec<[u32; 2]> = (0..self.filled.along.len())
-            .filter(|&e| self.rails.of_edge[e].is_some())
-            .flat_map(|e| self.filled.along[e].windows(2).map(|w| [w[0], w[1]]))
-            .collect();
-        let surfaces: Vec<&dyn Reference> = self.charts.iter().map(|chart| chart as &dyn Reference).collect();
-        let start = QuadPatch {
-            quads: std::mem::take(&mut self.filled.quads),
-            surface_of: self.chart_of_quad.clone(),
-            positions: std::mem::take(&mut self.filled.positions),
-            constraints: std::mem::take(&mut self.constraints),
-        };
+    /// The topological search, with features and borders kept.
+    fn improve(&mut self, smooth: &SmoothOptions, monitor: &Monitor) -> Result<(), LayoutError> {
+        let (features, surfaces) = (self.features(), surfaces(self.charts));
+        let start = self.take();
         let outside = vec![0; start.positions.len()];
         let setting =
             Setting { features: &features, outside: &outside, chains: &self.rails.lines, surfaces: &surfaces };
         let options = ImproveOptions { depth: 3, smooth: *smooth, ..ImproveOptions::default() };
         let better = improve(start, &setting, &options, monitor)?;
-        let mut new_index = vec![NONE; outside.len()];
-        for (new, &old) in better.source.iter().enumerate().filter(|(_, old)| **old != NONE) {
+        self.put(better.patch, &better.source, outside.len());
+        Ok(())
+    }
+
+    /// The last resort: see [`mend`]. Returns the places mended and the quads still inverted.
+    fn mend(&mut self, smooth: &SmoothOptions, monitor: &Monitor) -> Result<(usize, usize), LayoutError> {
+        let (features, surfaces) = (self.features(), surfaces(self.charts));
+        let start = self.take();
+        let before = start.positions.len();
+        let setting = Setting { features: &features, outside: &[], chains: &self.rails.lines, surfaces: &surfaces };
+        let Mended { patch, source, places } = mend(start, &setting, smooth, monitor)?;
+        let inverted = qualities(&patch, &surfaces).iter().filter(|quality| **quality <= 0.0).count();
+        self.put(patch, &source, before);
+        Ok((places, inverted))
+    }
+
+    /// Edges on rails.
+    fn features(&self) -> Vec<[u32; 2]> {
+        (0..self.filled.along.len())
+            .filter(|&e| self.rails.of_edge[e].is_some())
+            .flat_map(|e| self.filled.along[e].windows(2).map(|w| [w[0], w[1]]))
+            .collect()
+    }
+
+    /// The quads, moved out.
+    fn take(&mut self) -> QuadPatch {
+        QuadPatch {
+            quads: std::mem::take(&mut self.filled.quads),
+            surface_of: std::mem::take(&mut self.chart_of_quad),
+            positions: std::mem::take(&mut self.filled.positions),
+            constraints: std::mem::take(&mut self.constraints),
+        }
+    }
+
+    /// Changed quads, back in; `source` has the vertices' old indices, of `before`.
+    fn put(&mut self, patch: QuadPatch, source: &[u32], before: usize) {
+        let mut new_index = vec![NONE; before];
+        for (new, &old) in source.iter().enumerate().filter(|(_, old)| **old != NONE) {
             new_index[old as usize] = new as u32;
         }
         let places = &self.filled.places;
         self.filled.places =
-            better.source.iter().map(|&old| places.get(old as usize).copied().unwrap_or(Place::Patch(0))).collect();
+            source.iter().map(|&old| places.get(old as usize).copied().unwrap_or(Place::Patch(0))).collect();
         for (e, along) in self.filled.along.iter_mut().enumerate() {
             // Only rails are sure to be edges still.
             if self.rails.of_edge[e].is_none() {
@@ -300,11 +372,20 @@ impl Work<'_> {
                 *v = new_index[*v as usize];
             }
         }
-        self.filled.quads = better.patch.quads;
-        self.filled.positions = better.patch.positions;
-        self.constraints = better.patch.constraints;
-        self.chart_of_quad = better.patch.surface_of;
-        Ok(better.report.smooth.inverted)
+        self.filled.quads = patch.quads;
+        self.filled.positions = patch.positions;
+        self.constraints = patch.constraints;
+        self.chart_of_quad = patch.surface_of;
+    }
+
+    /// The relative edge length at each vertex, from those at the vertices of the surface.
+    fn sizes(&self, size: &[f64]) -> Vec<f64> {
+        let corners = &self.base.surface.triangles;
+        let at = |found: SourcePoint| {
+            let weights = corners[found.surface_triangle as usize].iter().zip(found.barycentric);
+            weights.map(|(&v, weight)| size[v as usize] * weight).sum()
+        };
+        self.sources().into_iter().map(at).collect()
     }
 
     /// Where each vertex lies on the surface, on the chart of a quad around it.

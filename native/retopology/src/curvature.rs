@@ -1,0 +1,140 @@
+//! How long edges may be for the surface to be kept: section 5's even sampling, bounded by curvature.
+//!
+//! Not in the paper, which samples alike everywhere. An edge of length l on curvature k leaves the surface by k l² / 8, so
+//! that fingertips and fillets need shorter edges than the flats beside them. The number of quads stays as asked: the edge
+//! length elsewhere grows until the areas add up.
+
+use crate::base::Base;
+use crate::density::Size;
+use crate::measures::Measures;
+use mesh::Topology;
+
+/// Curvature never makes edges shorter than this fraction of the length elsewhere: their rows would run on over the flats.
+const LEAST_SIZE: f64 = 0.4;
+/// How fast the relative edge length may grow, per edge length of way.
+const GROWTH: f64 = 0.25;
+/// Rounds of averaging, which take out the noise of scans.
+const AVERAGING: usize = 3;
+const BISECTIONS: usize = 30;
+const GROWING_SWEEPS: usize = 60;
+
+/// Lowers the relative edge lengths at the vertices of the surface where it is bent, so that edges stay within `error`, scene
+/// units, of it. O(surface triangles).
+pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, wanted: Size, size: &mut [f64]) {
+    let caps: Vec<f64> = bend(base, measures).iter().map(|k| (8.0 * error / k.max(f64::MIN_POSITIVE)).sqrt()).collect();
+    let bounded = |h: f64, v: u32| size[v as usize].min((caps[v as usize] / h).max(LEAST_SIZE * size[v as usize]));
+    let quads = |h: f64| -> f64 {
+        let mean = |t: &[u32; 3]| t.iter().map(|&v| bounded(h, v)).sum::<f64>() / 3.0 * h;
+        let triangles = base.surface.triangles.iter().enumerate();
+        triangles.map(|(i, t)| base.surface.area_normal(i).length() / 2.0 / mean(t).powi(2)).sum()
+    };
+    let h = match wanted {
+        Size::EdgeLength(h) => h,
+        Size::TargetFaces(faces) => {
+            let h = quads(1.0).max(f64::MIN_POSITIVE).sqrt();
+            let (mut fine, mut coarse) = (h * 1e-6, h * 1e6);
+            for _ in 0..2 * BISECTIONS {
+                let middle = (fine * coarse).sqrt();
+                if quads(middle) > faces as f64 { fine = middle } else { coarse = middle }
+            }
+            coarse
+        }
+    };
+    let mut lower: Vec<f64> = (0..size.len() as u32).map(|v| bounded(h, v)).collect();
+    // Rows of quads cannot end at once: sizes grow slowly away from what is bent.
+    for _ in 0..GROWING_SWEEPS {
+        let mut changed = false;
+        for t in &base.surface.triangles {
+            for (v, w) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0]), (t[1], t[0]), (t[2], t[1]), (t[0], t[2])] {
+                let way = base.surface.positions[v as usize].distance(base.surface.positions[w as usize]);
+                let most = lower[v as usize] + GROWTH * way / h;
+                if lower[w as usize] > most * (1.0 + 1e-9) {
+                    lower[w as usize] = most;
+                    changed = true;
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    size.copy_from_slice(&lower);
+}
+
+/// Twice the mean curvature at each vertex of the surface, absolute, 1 / scene units: signed dihedral angles times edge lengths
+/// over area, features left out, averaged over neighbours.
+fn bend(base: &Base, measures: &Measures) -> Vec<f64> {
+    let surface = &base.surface;
+    let topology = Topology::of_triangles(surface);
+    let mut on_rail = std::collections::BTreeSet::new();
+    for (edge, _) in base.edges.iter().zip(&measures.rails).filter(|(_, rail)| **rail) {
+        on_rail.extend(edge.path.windows(2).map(|w| mesh::sorted(w[0], w[1])));
+    }
+    let mut area = vec![0.0; surface.positions.len()];
+    let mut turn = vec![0.0; surface.positions.len()];
+    for (i, t) in surface.triangles.iter().enumerate() {
+        let third = surface.area_normal(i).length() / 6.0;
+        t.iter().for_each(|&v| area[v as usize] += third);
+    }
+    for h in topology.edges().filter(|&h| topology.twin[h as usize] != mesh::NONE) {
+        let (v, w) = (topology.from(h), topology.to(h));
+        if on_rail.contains(&mesh::sorted(v, w)) {
+            continue;
+        }
+        let [a, b] = [h / 3, topology.twin[h as usize] / 3].map(|t| surface.area_normal(t as usize).normalize_or_zero());
+        let side = surface.positions[w as usize] - surface.positions[v as usize];
+        let angle = a.cross(b).dot(side.normalize_or_zero()).atan2(a.dot(b));
+        for v in [v, w] {
+            turn[v as usize] += angle * side.length() / 2.0;
+        }
+    }
+    for _ in 0..AVERAGING {
+        let (mut areas, mut turns) = (area.clone(), turn.clone());
+        for t in &surface.triangles {
+            for k in 0..3 {
+                let (v, w) = (t[k] as usize, t[(k + 1) % 3] as usize);
+                // An inner edge is seen from both sides, so that each end gives half of itself in all.
+                for (v, w) in [(v, w), (w, v)] {
+                    areas[v] += 0.25 * area[w];
+                    turns[v] += 0.25 * turn[w];
+                }
+            }
+        }
+        (area, turn) = (areas, turns);
+    }
+    turn.iter().zip(&area).map(|(t, a)| if *a > 0.0 { (t / a).abs() } else { 0.0 }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_bases::base;
+    use mesh::DVec3;
+    use testkit::shapes;
+
+    #[test]
+    fn a_ball_bends_by_two_over_its_radius_and_a_plane_not() {
+        for radius in [1.0, 3.0] {
+            let ball = base(&shapes::cuboid(DVec3::splat(2.0), 2), 12, 4.0, &|p| p.normalize() * radius);
+            let measures = Measures::new(&ball).unwrap();
+            let found = bend(&ball, &measures);
+            assert!(found.iter().all(|k| (k * radius / 2.0 - 1.0).abs() < 0.1), "{found:?}");
+        }
+        let sheet = base(&shapes::sheet(3, 2), 4, 4.0, &|p| p);
+        assert!(bend(&sheet, &Measures::new(&sheet).unwrap()).iter().all(|k| *k < 1e-9));
+    }
+
+    #[test]
+    fn bent_parts_get_shorter_edges_and_the_rest_makes_up_for_them() {
+        // A sheet with a narrow ridge.
+        let ridge = base(&shapes::sheet(8, 2), 8, 4.0, &|p| p + DVec3::Z * (0.4 * (-p.x * p.x * 8.0).exp()));
+        let measures = Measures::new(&ridge).unwrap();
+        let mut size = vec![1.0; ridge.surface.positions.len()];
+        bound(&ridge, &measures, 0.002, Size::TargetFaces(400), &mut size);
+        let at = |x: f64| {
+            let near = ridge.surface.positions.iter().zip(&size).filter(|(p, _)| (p.x - x).abs() < 0.1);
+            near.map(|(_, s)| *s).fold(f64::INFINITY, f64::min)
+        };
+        assert!(at(0.0) < 0.7 && (at(3.5) - 1.0).abs() < 1e-9, "{} {}", at(0.0), at(3.5));
+    }
+}

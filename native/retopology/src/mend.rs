@@ -1,0 +1,185 @@
+//! The last resort for quads that no place of their vertices makes sound: another connectivity around them.
+//!
+//! Not in the paper. Where a patch is a sliver, or one quad spans a flat angle of a feature, smoothing ends with quads that are
+//! inverted or nearly so. The quads a few rings around the worst one are then handed to the local search of
+//! [`quadrangulate::improve`] with their border fixed, and its result is kept when the worst quad got better.
+
+use crate::error::LayoutError;
+use mesh::{DVec3, Monitor, NONE};
+use quadrangulate::improve::{ImproveError, ImproveOptions, QuadPatch, Setting, improve};
+use std::collections::{BTreeMap, BTreeSet};
+use surface::smooth::{Constraint, SmoothOptions};
+use surface::smooth_star::{Reference, quad_quality};
+
+/// Quads below this quality are mended.
+const SOUND: f64 = 0.25;
+/// Rings of quads round a bad one that may change.
+const RINGS: usize = 3;
+/// Places mended at most.
+const MOST_PLACES: usize = 60;
+
+/// Quality of each quad against the normal of its surface under its middle.
+pub(crate) fn qualities(patch: &QuadPatch, surfaces: &[&dyn Reference]) -> Vec<f64> {
+    let quads = patch.quads.iter().zip(&patch.surface_of);
+    quads.map(|(quad, &surface)| quality(quad.map(|v| patch.positions[v as usize]), surfaces[surface as usize])).collect()
+}
+
+fn quality(p: [DVec3; 4], surface: &dyn Reference) -> f64 {
+    quad_quality(p, surface.project(p.iter().sum::<DVec3>() / 4.0).normal)
+}
+
+/// What [`mend`] did.
+#[derive(Debug)]
+pub(crate) struct Mended {
+    pub patch: QuadPatch,
+    /// For each vertex its index before, [`NONE`] for a new one.
+    pub source: Vec<u32>,
+    /// Places where quads were replaced.
+    pub places: usize,
+}
+
+/// Replaces bad quads and what lies around them, worst first. Keeps features, borders and topology.
+pub(crate) fn mend(
+    mut patch: QuadPatch,
+    setting: &Setting<'_>,
+    smooth: &SmoothOptions,
+    monitor: &Monitor,
+) -> Result<Mended, LayoutError> {
+    let before = patch.positions.len();
+    let features: BTreeSet<[u32; 2]> = setting.features.iter().map(|&[a, b]| mesh::sorted(a, b)).collect();
+    let mut quality_of = qualities(&patch, setting.surfaces);
+    let mut tried = vec![false; patch.quads.len()];
+    let mut places = 0;
+    for _ in 0..MOST_PLACES {
+        monitor.check()?;
+        let open = (0..patch.quads.len()).filter(|&q| !tried[q] && quality_of[q] < SOUND);
+        let Some(worst) = open.min_by(|&a, &b| quality_of[a].total_cmp(&quality_of[b])) else { break };
+        tried[worst] = true;
+        let region = Region::around(&patch, worst);
+        let (own, names) = region.patch(&patch);
+        let local = |v: u32| names.binary_search(&v).map_or(NONE, |i| i as u32);
+        let inner: Vec<[u32; 2]> = region.sides.keys().filter(|side| features.contains(*side)).copied().collect();
+        let inner: Vec<[u32; 2]> = inner.into_iter().map(|side| side.map(local)).collect();
+        let outside: Vec<u32> = names.iter().map(|v| region.outside[v]).collect();
+        let own_setting = Setting { features: &inner, outside: &outside, ..*setting };
+        let options = ImproveOptions { depth: 3, smooth: *smooth, ..ImproveOptions::default() };
+        let better = match improve(own, &own_setting, &options, monitor) {
+            Ok(better) => better,
+            Err(ImproveError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            // What lies there cannot be changed by itself; the quad is reported if it is inverted.
+            Err(_) => continue,
+        };
+        let found = qualities(&better.patch, setting.surfaces);
+        let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
+        let old = least(&mut region.quads.iter().map(|&q| quality_of[q]));
+        if least(&mut found.iter().copied()) <= old + 1e-6 {
+            continue;
+        }
+        places += 1;
+        let global: Vec<u32> = (0..better.source.len())
+            .map(|new| {
+                let Some(&v) = names.get(better.source[new] as usize) else {
+                    patch.positions.push(better.patch.positions[new]);
+                    patch.constraints.push(better.patch.constraints[new]);
+                    return patch.positions.len() as u32 - 1;
+                };
+                patch.positions[v as usize] = better.patch.positions[new];
+                v
+            })
+            .collect();
+        let mut keep = vec![true; patch.quads.len()];
+        region.quads.iter().for_each(|&q| keep[q] = false);
+        let kept = |q: &usize| keep[*q];
+        let pick = (0..patch.quads.len()).filter(kept);
+        tried = pick.clone().map(|q| tried[q]).collect();
+        quality_of = pick.clone().map(|q| quality_of[q]).collect();
+        patch.surface_of = pick.clone().map(|q| patch.surface_of[q]).collect();
+        patch.quads = pick.map(|q| patch.quads[q]).collect();
+        patch.quads.extend(better.patch.quads.iter().map(|quad| quad.map(|v| global[v as usize])));
+        patch.surface_of.extend(&better.patch.surface_of);
+        tried.extend(found.iter().map(|_| true));
+        quality_of.extend(found);
+    }
+    let (patch, source) = compact(patch, before);
+    Ok(Mended { patch, source, places })
+}
+
+/// Leaves out vertices of no quad.
+fn compact(patch: QuadPatch, before: usize) -> (QuadPatch, Vec<u32>) {
+    let mut number = vec![NONE; patch.positions.len()];
+    patch.quads.iter().flatten().for_each(|&v| number[v as usize] = 0);
+    let used: Vec<usize> = (0..number.len()).filter(|&v| number[v] == 0).collect();
+    for (new, &v) in used.iter().enumerate() {
+        number[v] = new as u32;
+    }
+    let compacted = QuadPatch {
+        quads: patch.quads.iter().map(|quad| quad.map(|v| number[v as usize])).collect(),
+        surface_of: patch.surface_of,
+        positions: used.iter().map(|&v| patch.positions[v]).collect(),
+        constraints: used.iter().map(|&v| patch.constraints[v]).collect(),
+    };
+    (compacted, used.into_iter().map(|v| if v < before { v as u32 } else { NONE }).collect())
+}
+
+/// Quads that are changed together.
+struct Region {
+    /// Ascending.
+    quads: Vec<usize>,
+    /// How many of the quads have each side.
+    sides: BTreeMap<[u32; 2], usize>,
+    /// For each of its vertices the quads around it that are not in it.
+    outside: BTreeMap<u32, u32>,
+}
+
+impl Region {
+    /// Some rings of quads around one, and more where the region would touch itself.
+    fn around(patch: &QuadPatch, quad: usize) -> Self {
+        let mut around = vec![Vec::new(); patch.positions.len()];
+        for (q, corners) in patch.quads.iter().enumerate() {
+            corners.iter().for_each(|&v| around[v as usize].push(q));
+        }
+        let ring = |quads: &BTreeSet<usize>| -> BTreeSet<usize> {
+            quads.iter().flat_map(|&q| patch.quads[q]).flat_map(|v| around[v as usize].iter().copied()).collect()
+        };
+        let mut quads = BTreeSet::from([quad]);
+        for _ in 0..RINGS {
+            quads = ring(&quads);
+        }
+        loop {
+            let mut sides = BTreeMap::<[u32; 2], usize>::new();
+            for &q in &quads {
+                let corners = patch.quads[q];
+                (0..4).for_each(|k| *sides.entry(mesh::sorted(corners[k], corners[(k + 1) % 4])).or_default() += 1);
+            }
+            let mut open = BTreeMap::<u32, usize>::new();
+            for (side, _) in sides.iter().filter(|(_, count)| **count == 1) {
+                side.iter().for_each(|&v| *open.entry(v).or_default() += 1);
+            }
+            let pinched = open.into_iter().filter(|(_, count)| *count > 2).flat_map(|(v, _)| &around[v as usize]);
+            let more: Vec<usize> = pinched.copied().filter(|q| !quads.contains(q)).collect();
+            if more.is_empty() {
+                let mut outside = BTreeMap::new();
+                for v in quads.iter().flat_map(|&q| patch.quads[q]) {
+                    let beyond = around[v as usize].iter().filter(|q| !quads.contains(q)).count();
+                    outside.insert(v, beyond as u32);
+                }
+                return Self { quads: quads.into_iter().collect(), sides, outside };
+            }
+            quads.extend(more);
+        }
+    }
+
+    /// The quads by themselves, held where others meet them, and the names of their vertices.
+    fn patch(&self, whole: &QuadPatch) -> (QuadPatch, Vec<u32>) {
+        let names: Vec<u32> = self.outside.keys().copied().collect();
+        let local = |v: u32| names.binary_search(&v).map_or(NONE, |i| i as u32);
+        let held = |v: &u32| if self.outside[v] > 0 { Constraint::Fixed } else { whole.constraints[*v as usize] };
+        let patch = QuadPatch {
+            quads: self.quads.iter().map(|&q| whole.quads[q].map(local)).collect(),
+            surface_of: self.quads.iter().map(|&q| whole.surface_of[q]).collect(),
+            positions: names.iter().map(|&v| whole.positions[v as usize]).collect(),
+            constraints: names.iter().map(held).collect(),
+        };
+        (patch, names)
+    }
+}
