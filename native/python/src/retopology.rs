@@ -68,7 +68,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// feature_edges: (E, 2) vertex pairs, edges of faces, each given once; None for none.
 /// feature_verts: (N,) vertices that stay vertices where they are; None for none.
 /// target_faces: how many quads, 1 to 4,000,000.
-/// edge_length: length of the edges where the density is 1, in place of target_faces; scene units, above 0.
+/// edge_length: longest edges where the density is 1, shorter where the surface bends, in place of target_faces; scene units.
 /// density: (V,) how much denser the edges are round each vertex, above 0: edges are 1/density as long; None for 1.
 /// detect: whether edges between faces that turn sharply are features as well.
 /// detect_angle: detected curves start at edges turned by more than this; radians, 0 to pi, by default 40 degrees.
