@@ -196,7 +196,8 @@ fn bends(points: &[DVec3], tolerance: f64) -> Vec<usize> {
     while let Some((from, to)) = open.pop() {
         let chord = points[to] - points[from];
         let off = |k: usize| {
-            let t = ((points[k] - points[from]).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            let t =
+                ((points[k] - points[from]).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             points[k].distance(points[from] + chord * t)
         };
         let far = (from + 1..to).map(|k| (off(k), k)).fold((tolerance, 0), |far, k| if k.0 > far.0 { k } else { far });
@@ -242,8 +243,7 @@ pub fn divide_curves(mesh: &SplitMesh, metric: &Metric, network: &mut Network, w
             vertices.rotate_left(start);
         }
         let course = Course::new(mesh, &network.chains[c], longest_wanted);
-        along[c] =
-            if network.chains[c].whole { vec![0, course.last()] } else { divided(&course, wanted, abreast) };
+        along[c] = if network.chains[c].whole { vec![0, course.last()] } else { divided(&course, wanted, abreast) };
         note(&mut to_breakpoint, &course, &along[c]);
     }
     Breakpoints { along }

@@ -200,7 +200,7 @@ pub(crate) fn build_within(
     mesh: &TriangleMesh,
     features: &Features,
     options: &BaseOptions,
-    part: Option<&Part>,
+    part: Option<&Part<'_>>,
     monitor: &Monitor,
 ) -> Result<(Built, Vec<u32>), RetopologyError> {
     options.check()?;
@@ -493,7 +493,10 @@ impl Fieldwork {
                 chain => self.network.chains[chain as usize].whole,
             };
             if flaws.iter().any(|&v| whole(v)) {
-                return Err(RetopologyError::Internal { stage: "triangulating", reason: "the rim of a part is divided" });
+                return Err(RetopologyError::Internal {
+                    stage: "triangulating",
+                    reason: "the rim of a part is divided",
+                });
             }
             report.rounds += 1;
             report.inserted.extend(&flaws);

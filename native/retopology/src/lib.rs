@@ -28,8 +28,8 @@ pub use templates::{Catalogue, Template, TemplateChoice, TemplateError};
 
 mod assemble;
 pub mod base_error;
-pub mod build;
 mod breakpoints;
+pub mod build;
 mod bulges;
 mod cells;
 mod cut;

@@ -155,9 +155,8 @@ impl Session {
         if !off.is_empty() {
             return Err(RetopologyError::FeatureOffSurface { features: off });
         }
-        let lost: Vec<u32> = (0..from.vertices.len() as u32)
-            .filter(|&k| !vertices.remove(&from.vertices[k as usize]))
-            .collect();
+        let lost: Vec<u32> =
+            (0..from.vertices.len() as u32).filter(|&k| !vertices.remove(&from.vertices[k as usize])).collect();
         if !lost.is_empty() {
             return Err(RetopologyError::VertexOffSurface { features: lost });
         }

@@ -6,8 +6,8 @@
 //! slope. It never falls below a few edges of the quads to come, where these are known.
 
 use crate::base_error::RetopologyError;
-use crate::build::BaseOptions;
 use crate::breakpoints::{Course, faces};
+use crate::build::BaseOptions;
 use crate::features::Network;
 use crate::metric::Metric;
 use crate::split_mesh::SplitMesh;

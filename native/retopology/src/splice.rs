@@ -41,7 +41,7 @@ pub(crate) fn rebuild(
     inputs: usize,
     surface: &Topology,
     part: &BTreeSet<u32>,
-    marks: &Marks,
+    marks: &Marks<'_>,
     even: f64,
     options: &BaseOptions,
     monitor: &Monitor,
@@ -69,9 +69,8 @@ pub(crate) fn rebuild(
             feature_at.extend(pairs.map(|pair| (pair, chain)));
         }
     }
-    let is_border = |&[a, b]: &[u32; 2]| {
-        surface.find(a, b).or_else(|| surface.find(b, a)).is_some_and(|h| surface.is_border(h))
-    };
+    let is_border =
+        |&[a, b]: &[u32; 2]| surface.find(a, b).or_else(|| surface.find(b, a)).is_some_and(|h| surface.is_border(h));
     let marked: BTreeSet<[u32; 2]> = feature_at
         .keys()
         .filter(|edge| !marks.gone.contains(*edge) && !is_border(edge))
@@ -91,7 +90,7 @@ pub(crate) fn rebuild(
     for (&whole, &v) in piece.whole.iter().zip(&number).filter(|(_, v)| **v != NONE) {
         own[v as usize] = whole;
     }
-    Ok(Splicing { base, inputs, part, uses, rim_edge, feature_at }.splice(built.base, own))
+    Ok(Splicing { base, inputs, part, uses, rim_edge, feature_at }.splice(&built.base, &own))
 }
 
 impl Piece {
@@ -130,7 +129,7 @@ struct Splicing<'a> {
 
 impl Splicing<'_> {
     /// `own` is the vertex of the old surface at each vertex of the new part, or [`NONE`].
-    fn splice(self, part: Base, own: Vec<u32>) -> Option<Base> {
+    fn splice(self, part: &Base, own: &[u32]) -> Option<Base> {
         let base = self.base;
         let outside = |f: &usize| !self.part.contains(&base.owner[*f]);
         // Surface vertices: the input's, then what is left of the old, then the new.
