@@ -243,7 +243,7 @@ pub fn divide_curves(mesh: &SplitMesh, metric: &Metric, network: &mut Network, w
             vertices.rotate_left(start);
         }
         let course = Course::new(mesh, &network.chains[c], longest_wanted);
-        along[c] = divided(&course, wanted, abreast);
+        along[c] = if network.chains[c].whole { vec![0, course.last()] } else { divided(&course, wanted, abreast) };
         note(&mut to_breakpoint, &course, &along[c]);
     }
     Breakpoints { along }

@@ -14,12 +14,12 @@ use crate::fields::{Addition, Fields, Hat};
 use crate::groups::Groups;
 use crate::metric::Metric;
 use crate::sites::free_sites;
-use crate::sizing::{refine, wanted_lengths};
+use crate::sizing::{Lengths, even_length, refine, wanted_lengths};
 use crate::split_mesh::SplitMesh;
 use crate::stars::Drawing;
 use crate::{bulges, cut, detect, input, stars, tidy};
 use mesh::{Monitor, NONE, Topology, TriangleMesh};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 use surface::flip_geodesic;
 use surface::intrinsic::Intrinsic;
@@ -177,6 +177,32 @@ pub fn build_base(
     options: &BaseOptions,
     monitor: &Monitor,
 ) -> Result<Built, RetopologyError> {
+    build_within(mesh, features, options, None, monitor).map(|(built, _)| built)
+}
+
+/// A part of a surface that already has a base triangulation, to be triangulated anew. Its rim, where it meets the rest, stays.
+pub(crate) struct Part<'a> {
+    /// The input triangle that each triangle is part of.
+    pub source: &'a [u32],
+    /// The first vertices stay; others that the base does not need go.
+    pub fixed: usize,
+    /// Edges of the rim: each chain of them becomes one base edge, undivided.
+    pub rim: &'a BTreeSet<[u32; 2]>,
+    /// Base edge length far from features, scene units.
+    pub even: f64,
+}
+
+/// As [`build_base`]; also returns what became of each vertex, [`NONE`] for those that went.
+///
+/// # Errors
+/// As [`build_base`]; [`RetopologyError::Internal`] when the rim of a part cannot stay.
+pub(crate) fn build_within(
+    mesh: &TriangleMesh,
+    features: &Features,
+    options: &BaseOptions,
+    part: Option<&Part<'_>>,
+    monitor: &Monitor,
+) -> Result<(Built, Vec<u32>), RetopologyError> {
     options.check()?;
     let mut report = BaseReport::default();
     let mut clock = Clock(Instant::now());
@@ -190,13 +216,27 @@ pub fn build_base(
         features.edges.extend(found);
     }
     let final_edge = options.final_edge.unwrap_or(0.0) / placement.scale;
-    let network = network(&working, &topology, &features, options.corner_angle, options.least_feature * final_edge)?;
+    let mut network =
+        network(&working, &topology, &features, options.corner_angle, options.least_feature * final_edge)?;
+    if let Some(part) = part {
+        for chain in &mut network.chains {
+            chain.whole = part.rim.contains(&mesh::sorted(chain.vertices[0], chain.vertices[1]));
+        }
+    }
     report.dropped.clone_from(&network.dropped);
     report.curves = network.chains.len();
     report.corners = network.corners.len() + network.points.len();
     clock.lap(&mut report, "features");
 
-    let mut work = Fieldwork::new(&working, &topology, network, options, final_edge, &mut report, &mut clock, monitor)?;
+    let lengths = Lengths {
+        even: part.map_or_else(|| even_length(&working, options.vertices), |part| part.even / placement.scale),
+        least: options.least_quads * final_edge,
+    };
+    let mut surface = SplitMesh::new(&working, &topology);
+    if let Some(part) = part {
+        surface.source.copy_from_slice(part.source);
+    }
+    let mut work = Fieldwork::new(surface, network, options, lengths, &mut report, &mut clock, monitor)?;
     monitor.stage("triangulating", 0.4)?;
     let mut drawn = Drawn::new(&mut work, &mut report, &mut clock, monitor)?;
     for _ in 0..BULGE_ROUNDS {
@@ -221,17 +261,21 @@ pub fn build_base(
             *path = vertices;
         }
     }
-    let number = tidy::tidy(&mut surface, mesh.positions.len(), &work.peaks, monitor)?;
+    let fixed = part.map_or(mesh.positions.len(), |part| part.fixed);
+    let number = tidy::tidy(&mut surface, fixed, &work.peaks, monitor)?;
     tidy::split_chords(&mut surface);
     let renumbered = |vertices: &[u32]| vertices.iter().map(|&v| number[v as usize]).collect::<Vec<u32>>();
     report.sites = renumbered(&report.sites);
     report.inserted = renumbered(&report.inserted);
-    for (v, position) in surface.mesh.positions.iter_mut().enumerate() {
-        *position = mesh.positions.get(v).copied().unwrap_or_else(|| placement.to_scene(*position));
+    for position in &mut surface.mesh.positions {
+        *position = placement.to_scene(*position);
+    }
+    for (&position, &v) in mesh.positions.iter().zip(&number).filter(|(_, v)| **v != NONE) {
+        surface.mesh.positions[v as usize] = position;
     }
     let base = assemble(dual, &pieces, renumbered(&work.peaks), surface)?;
     clock.lap(&mut report, "cut");
-    Ok(Built { base, report, fieldwork: work })
+    Ok((Built { base, report, fieldwork: work }, number))
 }
 
 /// The result of [`build_base`].
@@ -350,21 +394,19 @@ impl Clock {
 
 impl Fieldwork {
     fn new(
-        working: &TriangleMesh,
-        topology: &Topology,
+        mut mesh: SplitMesh,
         mut network: Network,
         options: &BaseOptions,
-        final_edge: f64,
+        lengths: Lengths,
         report: &mut BaseReport,
         clock: &mut Clock,
         monitor: &Monitor,
     ) -> Result<Self, RetopologyError> {
         monitor.stage("placing sites", 0.05)?;
-        let mut mesh = SplitMesh::new(working, topology);
-        let mut sizing = wanted_lengths(&mesh, &network, options, options.least_quads * final_edge);
-        let budget = 20_000 + 2 * working.positions.len();
-        refine(&mut mesh, &mut network, &mut sizing, budget, monitor)?;
-        report.refined = mesh.positions.len() - working.positions.len();
+        let inputs = mesh.positions.len();
+        let mut sizing = wanted_lengths(&mesh, &network, options, lengths);
+        refine(&mut mesh, &mut network, &mut sizing, 20_000 + 2 * inputs, monitor)?;
+        report.refined = mesh.positions.len() - inputs;
         clock.lap(report, "refinement");
 
         let metric = Metric::new(&mesh);
@@ -446,6 +488,16 @@ impl Fieldwork {
                 });
             }
             let flaws = self.spaced(flaws);
+            let whole = |v: u32| match chain_of[v as usize].0 {
+                NONE => false,
+                chain => self.network.chains[chain as usize].whole,
+            };
+            if flaws.iter().any(|&v| whole(v)) {
+                return Err(RetopologyError::Internal {
+                    stage: "triangulating",
+                    reason: "the rim of a part is divided",
+                });
+            }
             report.rounds += 1;
             report.inserted.extend(&flaws);
             let additions: Vec<Addition> = flaws.iter().map(|&v| self.addition(v, chain_of[v as usize])).collect();

@@ -26,6 +26,8 @@ pub struct Chain {
     pub closed: bool,
     /// True when it lies on a border of the surface.
     pub border: bool,
+    /// True when it stays as it is: one base edge, none of its surface edges split.
+    pub whole: bool,
 }
 
 impl Chain {
@@ -96,7 +98,7 @@ pub fn network(
         for &second in &neighbours[start as usize] {
             if let Some(border) = left.remove(&sorted(start, second)) {
                 let vertices = walk(&neighbours, &is_corner, &mut left, start, second);
-                chains.push(Chain { vertices, closed: false, border });
+                chains.push(Chain { vertices, closed: false, border, whole: false });
             }
         }
     }
@@ -104,7 +106,7 @@ pub fn network(
         left.remove(&[start, second]);
         let mut vertices = walk(&neighbours, &is_corner, &mut left, start, second);
         vertices.pop();
-        chains.push(Chain { vertices, closed: true, border });
+        chains.push(Chain { vertices, closed: true, border, whole: false });
     }
     let corners = (0..mesh.positions.len() as u32).filter(|&v| is_corner[v as usize]).collect();
     Ok(Network { chains, corners, points, dropped })

@@ -134,8 +134,9 @@ impl Cutter<'_> {
     }
 }
 
-/// Gives every fan of triangles at a vertex a vertex of its own; the first keeps the old one.
-fn come_apart(triangles: &mut [[u32; 3]], positions: &mut Vec<DVec3>, between: &mut Vec<([u32; 2], f64)>) {
+/// Gives every fan of triangles at a vertex a vertex of its own, with a copy of what is `known` of it; the first keeps the old
+/// one. O(n).
+pub(crate) fn come_apart<T: Copy>(triangles: &mut [[u32; 3]], positions: &mut Vec<DVec3>, known: &mut Vec<T>) {
     let corners: Vec<u32> = triangles.iter().flatten().copied().collect();
     let topology = Topology::new(positions.len(), triangles.iter());
     let mut fan_of = vec![NONE; corners.len()];
@@ -147,7 +148,7 @@ fn come_apart(triangles: &mut [[u32; 3]], positions: &mut Vec<DVec3>, between: &
         let old = corners[start as usize];
         let vertex = if std::mem::replace(&mut claimed[old as usize], true) {
             positions.push(positions[old as usize]);
-            between.push(between[old as usize]);
+            known.push(known[old as usize]);
             positions.len() as u32 - 1
         } else {
             old

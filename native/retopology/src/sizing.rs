@@ -11,9 +11,9 @@ use crate::build::BaseOptions;
 use crate::features::Network;
 use crate::metric::Metric;
 use crate::split_mesh::SplitMesh;
-use mesh::{Monitor, NONE, sorted};
+use mesh::{Monitor, NONE, TriangleMesh, sorted};
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 /// Surface edges are split until they are at most this fraction of the wanted base edge.
 const RESOLUTION: f64 = 0.3;
@@ -29,19 +29,27 @@ pub struct Sizing {
     gradation: f64,
 }
 
-/// Finds the wanted base edge lengths, none below `least`. O(n log n).
-pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions, least: f64) -> Sizing {
+/// Bounds of base edge lengths.
+#[derive(Debug, Clone, Copy)]
+pub struct Lengths {
+    /// Far from all features.
+    pub even: f64,
+    /// None is wanted below this.
+    pub least: f64,
+}
+
+/// The edge of an equilateral triangulation of a surface with this many vertices.
+pub fn even_length(mesh: &TriangleMesh, vertices: u32) -> f64 {
+    let area: f64 = (0..mesh.triangles.len()).map(|t| 0.5 * mesh.area_normal(t).length()).sum();
+    (2.0 * area / (3.0_f64.sqrt() * f64::from(vertices))).sqrt()
+}
+
+/// Finds the wanted base edge lengths. O(n log n).
+pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions, lengths: Lengths) -> Sizing {
     let metric = Metric::new(mesh);
     let n = mesh.positions.len();
-    let area: f64 = (0..mesh.origin.len() as u32 / 3)
-        .map(|t| {
-            let [a, b, c] = [0, 1, 2].map(|k| mesh.positions[mesh.origin[(3 * t + k) as usize] as usize]);
-            0.5 * (b - a).cross(c - a).length()
-        })
-        .sum();
-    // The edge of an equilateral triangulation with this many vertices.
-    let even = (2.0 * area / (3.0_f64.sqrt() * f64::from(options.vertices))).sqrt().max(least);
-
+    let least = lengths.least;
+    let even = lengths.even.max(least);
     let mut limits = BTreeMap::<u32, f64>::new();
     let mut limit = |v: u32, length: f64| {
         let limit = limits.entry(v).or_insert(f64::INFINITY);
@@ -52,7 +60,7 @@ pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions
             limit(v, options.aspect * facing.across);
         }
     }
-    for chain in &network.chains {
+    for chain in network.chains.iter().filter(|chain| !chain.whole) {
         let course = Course::new(mesh, chain, even);
         for (&v, longest) in course.walk.iter().zip(course.longest_pieces()) {
             limit(v, longest);
@@ -99,10 +107,16 @@ pub fn refine(
 ) -> Result<(), RetopologyError> {
     let Sizing { wanted, even, gradation } = sizing;
     let mut queue = BinaryHeap::new();
+    let whole: BTreeSet<[u32; 2]> = network
+        .chains
+        .iter()
+        .filter(|chain| chain.whole)
+        .flat_map(|chain| chain.vertices.windows(2).map(|pair| sorted(pair[0], pair[1])))
+        .collect();
     let consider = |queue: &mut BinaryHeap<Oversized>, mesh: &SplitMesh, wanted: &[f64], h: u32| {
         let (a, b) = (mesh.from(h), mesh.to(h));
         let ratio = mesh.length(h) / wanted[a as usize].min(wanted[b as usize]);
-        if ratio > RESOLUTION {
+        if ratio > RESOLUTION && !whole.contains(&sorted(a, b)) {
             queue.push(Oversized { ratio, ends: sorted(a, b) });
         }
     };

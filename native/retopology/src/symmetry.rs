@@ -236,8 +236,7 @@ impl Half {
     /// True when every input edge along a base edge in the plane is marked.
     fn is_marked(&self, base: &Base, edge: u32) -> bool {
         let count = self.mesh.positions.len() as u32;
-        let path: Vec<u32> =
-            base.edges[edge as usize].path.iter().copied().filter(|&v| v < count).collect();
+        let path: Vec<u32> = base.edges[edge as usize].path.iter().copied().filter(|&v| v < count).collect();
         let marked: &BTreeSet<[u32; 2]> = &self.marked_in_plane;
         path.len() > 1 && path.windows(2).all(|pair| marked.contains(&mesh::sorted(pair[0], pair[1])))
     }

@@ -85,7 +85,11 @@ fn the_kept_side_decides_and_an_empty_one_is_refused() {
     let plane = Plane { point: DVec3::X * 0.3, normal: DVec3::X };
     let kept = symmetric(&mesh, &Features::default(), plane);
     judge(&kept, plane);
-    assert!((kept.deviation - 0.6).abs() < 1e-6, "the far end lies 1.3 off the plane, the near one 0.7: {}", kept.deviation);
+    assert!(
+        (kept.deviation - 0.6).abs() < 1e-6,
+        "the far end lies 1.3 off the plane, the near one 0.7: {}",
+        kept.deviation
+    );
     let (triangles, _) = TriangleMesh::from_polygons(&mesh);
     let refused = |plane: Plane| {
         let (coarse, options) = (BaseOptions::default(), LayoutOptions::default());

@@ -6,6 +6,7 @@ use retopology::base::Base;
 use retopology::base_error::RetopologyError;
 use retopology::build::{BaseOptions, Built, build_base};
 use retopology::features::Features;
+use retopology::session::{EditReport, Session};
 use std::collections::{BTreeMap, BTreeSet};
 use testkit::random::Random;
 use testkit::{oracle, shapes};
@@ -391,4 +392,42 @@ proptest! {
         let base = built(&mesh, &features, vertices).base;
         prop_assert_eq!(judge(&mesh, &features, &base), Ok(()));
     }
+}
+
+#[test]
+fn edits_keep_every_promise_and_touch_little() {
+    let mesh = shapes::triangulated(&shapes::torus(2.0, 0.7, 60, 30));
+    let (triangles, _) = TriangleMesh::from_polygons(&mesh);
+    let at = |i: u32, j: u32| (i % 60) * 30 + j % 30;
+    let path = |i: u32, j: u32, n: u32| -> Features {
+        Features { edges: (0..n).map(|k| [at(i + k, j), at(i + k + 1, j)]).collect(), vertices: vec![] }
+    };
+    let options = BaseOptions { vertices: 200, ..BaseOptions::default() };
+    let start = Features { vertices: vec![at(40, 3)], ..path(10, 5, 8) };
+    let mut session = Session::new(triangles.clone(), start, options, &Monitor::new()).unwrap();
+    let monitor = Monitor::new();
+    let whole = session.base().triangles.len();
+    let judged = |session: &Session| assert_eq!(judge(&mesh, session.features(), session.base()), Ok(()));
+    let mut local = 0;
+    let mut note = |report: EditReport| {
+        local += usize::from(!report.whole);
+        assert!(report.whole || report.removed < whole / 2, "{report:?} of {whole}");
+    };
+    note(session.add_feature(&path(30, 20, 6), &monitor).unwrap());
+    judged(&session);
+    // Longer, so that it goes on from where it was.
+    note(session.add_feature(&path(36, 20, 4), &monitor).unwrap());
+    judged(&session);
+    note(session.move_feature(&path(10, 5, 8), &path(11, 9, 8), &monitor).unwrap());
+    judged(&session);
+    let point = |v: u32| Features { edges: vec![], vertices: vec![v] };
+    note(session.move_feature(&point(at(40, 3)), &point(at(42, 4)), &monitor).unwrap());
+    judged(&session);
+    note(session.remove_feature(&path(30, 20, 10), &monitor).unwrap());
+    judged(&session);
+    assert!(local >= 4, "{local} of 5 edits were local");
+    let refused = session.remove_feature(&path(0, 0, 2), &monitor).unwrap_err();
+    assert_eq!(refused, RetopologyError::FeatureOffSurface { features: vec![0, 1] });
+    assert!(matches!(session.add_feature(&point(9999), &monitor), Err(RetopologyError::VertexOffSurface { .. })));
+    judged(&session);
 }
