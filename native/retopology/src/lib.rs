@@ -18,6 +18,7 @@ mod pairing;
 mod patch;
 mod quads;
 mod rails;
+mod reach;
 mod surfaces;
 mod templates;
 #[cfg(test)]
