@@ -3,8 +3,8 @@
     python dev.py bench retopology [--faces 4000] [--data FOLDER] [--quads FOLDER] [NAME...]
 
 A row for each triangle mesh with NAME.obj, its features in NAME.edges40, and each method: seconds of the call alone, then what
-tests/judge/meshcheck.py measures. Seconds of QuadriFlow are those of its operator in Blender. --quads takes our results from OBJ
-files in place of the wheel. Instant Meshes comes from PyPI (bench/requirements.txt, a virtual environment of its own).
+tests/judge/meshcheck.py measures. Seconds of QuadriFlow are those of its operator in Blender. --quads takes our results
+from OBJ files in place of the wheel. Instant Meshes comes from PyPI (bench/requirements.txt, a virtual environment of its own).
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ given = np.load(sys.argv[2])
 start = time.perf_counter()
 positions, quads = instant.remesh(
     np.asarray(given["positions"], np.float32), np.asarray(given["triangles"], np.uint32),
-    vertex_count=int(sys.argv[1]), rosy=4, posy=4, creaseAngle=40.0, align_to_boundaries=True, smooth_iter=2, deterministic=True,
+    vertex_count=int(sys.argv[1]), rosy=4, posy=4, creaseAngle=40.0, align_to_boundaries=True, smooth_iter=2,
+    deterministic=True,
 )
 print(time.perf_counter() - start)
 np.savez(sys.argv[3], positions=positions, quads=quads)
@@ -60,9 +61,7 @@ def ours(files: list[Path], faces: int, out: Path) -> dict[str, float | None]:
         mesh = quadloom.Mesh.from_polygons(positions, polygons)
         start = time.perf_counter()
         try:
-            result = quadloom.retopologize(
-                mesh, feature_edges=features if len(features) else None, target_faces=faces
-            )
+            result = quadloom.retopologize(mesh, feature_edges=features if len(features) else None, target_faces=faces)
         except quadloom.QuadloomError as error:
             print(f"{file.stem}: {error.code}: {error}")
             seconds[file.stem] = None

@@ -12,7 +12,7 @@ use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::{Reference, quad_quality};
 
 /// Quads below this quality are mended.
-pub(crate) const SOUND: f64 = 0.25;
+const SOUND: f64 = 0.25;
 /// Rings of quads round a bad one that may change.
 const RINGS: usize = 3;
 /// Places mended at most.

@@ -188,19 +188,22 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
     let lengths: Vec<f64> = work.sizes(&painted).into_iter().map(|size| size * counts.edge_length).collect();
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
+    // The maps reach every tip, the pull slips off: so before it too.
+    let error = options.chord_error * diagonal;
+    let mut reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
     work.optimise(&lengths, options.rounds, &smooth, monitor)?;
-    if options.chord_error.is_finite() {
-        let error = options.chord_error * diagonal;
-        for _ in 0..REACHING_ROUNDS {
-            let reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
-            if reached.is_empty() {
-                break;
-            }
-            work.optimise(&lengths, options.rounds / 3, &smooth, monitor)?;
-            if work.release(&reached) > 0 {
-                work.optimise(&lengths, 0, &smooth, monitor)?;
-            }
+    for _ in 0..REACHING_ROUNDS {
+        if work.release(&reached) > 0 {
+            work.optimise(&lengths, 0, &smooth, monitor)?;
         }
+        reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
+        if reached.is_empty() {
+            break;
+        }
+        work.optimise(&lengths, options.rounds / 3, &smooth, monitor)?;
+    }
+    if work.release(&reached) > 0 {
+        work.optimise(&lengths, 0, &smooth, monitor)?;
     }
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
@@ -245,6 +248,8 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
 
 /// Times that points which stick out are looked for.
 const REACHING_ROUNDS: usize = 2;
+/// They are left again where that takes quads of less than this quality.
+const WORST_REACHED: f64 = 0.15;
 /// Vertices further from such a point than this, in edge lengths, are left alone.
 const MOST_REACH: f64 = 2.5;
 
@@ -346,7 +351,7 @@ impl Work<'_> {
         let surfaces = surfaces(self.charts);
         let mut bad = vec![false; self.filled.positions.len()];
         for (quad, &c) in self.filled.quads.iter().zip(&self.chart_of_quad) {
-            if mend::quality(quad.map(|v| self.filled.positions[v as usize]), surfaces[c as usize]) < mend::SOUND {
+            if mend::quality(quad.map(|v| self.filled.positions[v as usize]), surfaces[c as usize]) < WORST_REACHED {
                 quad.iter().for_each(|&v| bad[v as usize] = true);
             }
         }
