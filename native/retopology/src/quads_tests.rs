@@ -138,18 +138,6 @@ fn painted_sizes_are_kept() {
 }
 
 #[test]
-fn a_spike_is_reached() {
-    // Its apex is one vertex of the surface, high over the rest and no base vertex.
-    let spike = |p: DVec3| p + DVec3::Z * (1.5 * (1.0 - (p - DVec3::new(0.5, 0.25, 0.0)).length() * 2.5).max(0.0));
-    let base = base(&shapes::sheet(4, 2), 16, 4.0, &spike);
-    let top = |positions: &[DVec3]| positions.iter().map(|p| p.z).fold(0.0, f64::max);
-    let apex = top(&base.surface.positions);
-    let quads = make(&base, &faces(300));
-    assert!(apex - top(&quads.mesh.positions) < 0.01 * quads.mesh.diagonal(), "{apex}");
-    check("spike", &base, &quads);
-}
-
-#[test]
 fn threads_do_not_matter() {
     let base = base(&shapes::cylinder(1.0, 3.0, 2, 2), 5, 0.9, &|p| p);
     let run = |threads| {
