@@ -74,7 +74,9 @@ fn bend(base: &Base, measures: &Measures) -> Vec<f64> {
     let mut turn = vec![0.0; surface.positions.len()];
     for (i, t) in surface.triangles.iter().enumerate() {
         let third = surface.area_normal(i).length() / 6.0;
-        t.iter().for_each(|&v| area[v as usize] += third);
+        for &v in t {
+            area[v as usize] += third;
+        }
     }
     for h in topology.edges().filter(|&h| topology.twin[h as usize] != mesh::NONE) {
         let (v, w) = (topology.from(h), topology.to(h));

@@ -140,7 +140,9 @@ impl Region {
     fn around(patch: &QuadPatch, quad: usize) -> Self {
         let mut around = vec![Vec::new(); patch.positions.len()];
         for (q, corners) in patch.quads.iter().enumerate() {
-            corners.iter().for_each(|&v| around[v as usize].push(q));
+            for &v in corners {
+                around[v as usize].push(q);
+            }
         }
         let ring = |quads: &BTreeSet<usize>| -> BTreeSet<usize> {
             quads.iter().flat_map(|&q| patch.quads[q]).flat_map(|v| around[v as usize].iter().copied()).collect()
@@ -157,7 +159,9 @@ impl Region {
             }
             let mut open = BTreeMap::<u32, usize>::new();
             for (side, _) in sides.iter().filter(|(_, count)| **count == 1) {
-                side.iter().for_each(|&v| *open.entry(v).or_default() += 1);
+                for &v in side {
+                    *open.entry(v).or_default() += 1;
+                }
             }
             let pinched = open.into_iter().filter(|(_, count)| *count > 2).flat_map(|(v, _)| &around[v as usize]);
             let more: Vec<usize> = pinched.copied().filter(|q| !quads.contains(q)).collect();

@@ -329,7 +329,9 @@ impl Work<'_> {
         let missed = reach::missed(self.base, &on_rail, positions, quads, error, spacing, monitor)?;
         let mut chart = vec![NONE; positions.len()];
         for (quad, &c) in quads.iter().zip(&self.chart_of_quad) {
-            quad.iter().for_each(|&v| chart[v as usize] = c);
+            for &v in quad {
+                chart[v as usize] = c;
+            }
         }
         let mut moved = Vec::new();
         for (point, triangle) in missed {
@@ -352,7 +354,9 @@ impl Work<'_> {
         let mut bad = vec![false; self.filled.positions.len()];
         for (quad, &c) in self.filled.quads.iter().zip(&self.chart_of_quad) {
             if mend::quality(quad.map(|v| self.filled.positions[v as usize]), surfaces[c as usize]) < WORST_REACHED {
-                quad.iter().for_each(|&v| bad[v as usize] = true);
+                for &v in quad {
+                    bad[v as usize] = true;
+                }
             }
         }
         let released = fixed.iter().filter(|&&v| bad[v]);

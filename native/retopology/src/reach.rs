@@ -27,10 +27,14 @@ pub(crate) fn missed(
     let closest = ClosestPoint::new(&TriangleMesh { positions: positions.to_vec(), triangles });
     let mut triangle_at = vec![NONE; base.surface.positions.len()];
     for (t, corners) in base.surface.triangles.iter().enumerate() {
-        corners.iter().for_each(|&v| triangle_at[v as usize] = t as u32);
+        for &v in corners {
+            triangle_at[v as usize] = t as u32;
+        }
     }
     for (_, edge) in base.edges.iter().enumerate().filter(|(e, _)| on_rail(*e)) {
-        edge.path.iter().for_each(|&v| triangle_at[v as usize] = NONE);
+        for &v in &edge.path {
+            triangle_at[v as usize] = NONE;
+        }
     }
     let used: Vec<usize> = (0..triangle_at.len()).filter(|&v| triangle_at[v] != NONE).collect();
     let mut far = Vec::new();
