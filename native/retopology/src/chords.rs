@@ -64,7 +64,7 @@ pub(crate) struct Run {
     pub weight: f64,
     first: f64,
     second: f64,
-    least: Option<f64>,
+    pub least: Option<f64>,
 }
 
 impl Run {

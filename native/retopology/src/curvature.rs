@@ -74,14 +74,17 @@ fn bend(base: &Base, measures: &Measures) -> Vec<f64> {
     let mut turn = vec![0.0; surface.positions.len()];
     for (i, t) in surface.triangles.iter().enumerate() {
         let third = surface.area_normal(i).length() / 6.0;
-        t.iter().for_each(|&v| area[v as usize] += third);
+        for &v in t {
+            area[v as usize] += third;
+        }
     }
     for h in topology.edges().filter(|&h| topology.twin[h as usize] != mesh::NONE) {
         let (v, w) = (topology.from(h), topology.to(h));
         if on_rail.contains(&mesh::sorted(v, w)) {
             continue;
         }
-        let [a, b] = [h / 3, topology.twin[h as usize] / 3].map(|t| surface.area_normal(t as usize).normalize_or_zero());
+        let [a, b] =
+            [h / 3, topology.twin[h as usize] / 3].map(|t| surface.area_normal(t as usize).normalize_or_zero());
         let side = surface.positions[w as usize] - surface.positions[v as usize];
         let angle = a.cross(b).dot(side.normalize_or_zero()).atan2(a.dot(b));
         for v in [v, w] {
@@ -118,7 +121,9 @@ mod tests {
             let ball = base(&shapes::cuboid(DVec3::splat(2.0), 2), 12, 4.0, &|p| p.normalize() * radius);
             let measures = Measures::new(&ball).unwrap();
             let found = bend(&ball, &measures);
-            assert!(found.iter().all(|k| (k * radius / 2.0 - 1.0).abs() < 0.1), "{found:?}");
+            assert!(found.iter().all(|k| (k * radius / 2.0 - 1.0).abs() < 0.25), "{found:?}");
+            let mean = found.iter().sum::<f64>() / found.len() as f64;
+            assert!((mean * radius / 2.0 - 1.0).abs() < 0.05, "{mean}");
         }
         let sheet = base(&shapes::sheet(3, 2), 4, 4.0, &|p| p);
         assert!(bend(&sheet, &Measures::new(&sheet).unwrap()).iter().all(|k| *k < 1e-9));

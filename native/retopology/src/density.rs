@@ -30,9 +30,9 @@ const PATTERN_WEIGHT: f64 = 2.0;
 /// How far the chords of a bent feature may leave it, in edge lengths, before it gets more edges; and how much more its wishes
 /// count than those of others then.
 const CHORD_ERROR: f64 = 0.035;
-const BENT_WEIGHT: f64 = 16.0;
+const BENT_WEIGHT: f64 = 8.0;
 /// Bends are not followed with edges shorter than this, in edge lengths.
-const SHORTEST: f64 = 0.3;
+const SHORTEST: f64 = 0.4;
 /// Chords are cut after all when whole ones miss the target by more than this fraction, at this price.
 const MOST_MISS: f64 = 0.02;
 const CUTTING: f64 = 200.0;
@@ -57,6 +57,23 @@ pub(crate) struct Counts {
     pub edge_length: f64,
 }
 
+/// What is wanted of a piece of a chord.
+#[derive(Debug, Clone, Copy)]
+struct Ideal {
+    /// Mean logarithm of its lengths.
+    mean: f64,
+    /// The area beside it; more where a bent feature needs its edges.
+    area: f64,
+    /// The edges that its bent features need, whatever the edge length; 0 without.
+    least: f64,
+}
+
+impl Ideal {
+    fn count(&self, h: f64) -> f64 {
+        (self.mean.exp() / h).max(self.least).min(f64::from(MOST))
+    }
+}
+
 /// Everything but the edge length.
 struct Sides<'a> {
     base: &'a Base,
@@ -64,8 +81,7 @@ struct Sides<'a> {
     templates: &'a [Chosen],
     /// The one or two pieces of chords whose counts add up to each base edge's; [`NONE`] for none.
     parts: Vec<[u32; 2]>,
-    /// For each piece the mean logarithm of its lengths, and the area beside it over the squared length.
-    ideals: Vec<(f64, f64)>,
+    ideals: Vec<Ideal>,
     /// Pieces round each patch that whole pieces do not make even by themselves; `sub_sides` still empty.
     layout: Layout,
     /// Whether a piece occurs in `layout`.
@@ -235,7 +251,8 @@ impl<'a> Sides<'a> {
                     sides.parts[chord.edges[i] as usize][0] = sides.ideals.len() as u32;
                 }
                 let urgency = if run.value() > run.mean() { BENT_WEIGHT } else { 1.0 };
-                sides.ideals.push((run.value(), run.weight * h * h * urgency));
+                let least = run.least.map_or(0.0, |least| least.exp() / h);
+                sides.ideals.push(Ideal { mean: run.mean(), area: run.weight * h * h * urgency, least });
             }
         }
         sides.bind();
@@ -306,7 +323,7 @@ impl<'a> Sides<'a> {
                     *parts = [piece, NONE];
                 }
             }
-            self.ideals.push((run.mean(), run.weight));
+            self.ideals.push(Ideal { mean: run.mean(), area: run.weight, least: 0.0 });
         }
         self.bound = vec![false; self.ideals.len()];
     }
@@ -349,10 +366,10 @@ impl<'a> Sides<'a> {
         let mut layout = self.layout.clone();
         let used =
             layout.patches.iter().flat_map(|p| p.sides.iter().flatten()).max().map_or(0, |&last| last as usize + 1);
-        for &(mean, area) in &self.ideals {
-            let ideal = (mean.exp() / h).min(f64::from(MOST));
+        for wanted in &self.ideals {
+            let ideal = wanted.count(h);
             // Near the ideal the stretched area, area x ln(n / ideal)², is this times the squared deviation.
-            let weight = (area / (h * h) / ideal.max(0.5).powi(2)).clamp(1e-6, 1e6);
+            let weight = (wanted.area / (h * h) / ideal.max(0.5).powi(2)).clamp(1e-6, 1e6);
             layout.sub_sides.push(SubSide { ideal, fixed: None, weight });
         }
         // The sides of a template have the counts that it can have.
@@ -437,7 +454,8 @@ impl<'a> Sides<'a> {
                 let old = counts[piece];
                 let new = if faces < target { old + step } else { old.saturating_sub(step) };
                 // Two keep every pattern possible where pieces are not halves.
-                if new < step || new == old {
+                let wanted = &self.ideals[piece];
+                if new < step || new == old || (new < old && f64::from(new) < wanted.least - 0.5) {
                     continue;
                 }
                 let list = &touched[piece];
@@ -452,8 +470,7 @@ impl<'a> Sides<'a> {
                 if (reached - target).abs() >= (faces - target).abs() {
                     continue;
                 }
-                let (mean, area) = self.ideals[piece];
-                let stretch = |n: u32| (f64::from(n) * h / mean.exp()).ln().powi(2) * area / (h * h);
+                let stretch = |n: u32| (f64::from(n) / wanted.count(h)).ln().powi(2) * wanted.area / (h * h);
                 let gained = (faces - target).abs() - (reached - target).abs();
                 let price = (stretch(new) - stretch(old)) / gained;
                 if best.is_none_or(|b| price < b.0) {

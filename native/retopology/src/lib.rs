@@ -22,6 +22,7 @@ mod patch;
 mod pipeline;
 mod quads;
 mod rails;
+mod reach;
 mod sources;
 mod surfaces;
 mod templates;

@@ -16,15 +16,18 @@ const SOUND: f64 = 0.25;
 /// Rings of quads round a bad one that may change.
 const RINGS: usize = 3;
 /// Places mended at most.
-const MOST_PLACES: usize = 60;
+const MOST_PLACES: usize = 24;
 
-/// Quality of each quad against the normal of its surface under its middle.
+/// [`quality`] of each quad.
 pub(crate) fn qualities(patch: &QuadPatch, surfaces: &[&dyn Reference]) -> Vec<f64> {
     let quads = patch.quads.iter().zip(&patch.surface_of);
-    quads.map(|(quad, &surface)| quality(quad.map(|v| patch.positions[v as usize]), surfaces[surface as usize])).collect()
+    quads
+        .map(|(quad, &surface)| quality(quad.map(|v| patch.positions[v as usize]), surfaces[surface as usize]))
+        .collect()
 }
 
-fn quality(p: [DVec3; 4], surface: &dyn Reference) -> f64 {
+/// Quality of a quad against the normal of its surface under its middle.
+pub(crate) fn quality(p: [DVec3; 4], surface: &dyn Reference) -> f64 {
     quad_quality(p, surface.project(p.iter().sum::<DVec3>() / 4.0).normal)
 }
 
@@ -62,7 +65,8 @@ pub(crate) fn mend(
         let inner: Vec<[u32; 2]> = inner.into_iter().map(|side| side.map(local)).collect();
         let outside: Vec<u32> = names.iter().map(|v| region.outside[v]).collect();
         let own_setting = Setting { features: &inner, outside: &outside, ..*setting };
-        let options = ImproveOptions { depth: 3, smooth: *smooth, ..ImproveOptions::default() };
+        let options =
+            ImproveOptions { depth: 3, passes: 2, budget: 1500, smooth: *smooth, ..ImproveOptions::default() };
         let better = match improve(own, &own_setting, &options, monitor) {
             Ok(better) => better,
             Err(ImproveError::Cancelled(cancelled)) => return Err(cancelled.into()),
@@ -136,7 +140,9 @@ impl Region {
     fn around(patch: &QuadPatch, quad: usize) -> Self {
         let mut around = vec![Vec::new(); patch.positions.len()];
         for (q, corners) in patch.quads.iter().enumerate() {
-            corners.iter().for_each(|&v| around[v as usize].push(q));
+            for &v in corners {
+                around[v as usize].push(q);
+            }
         }
         let ring = |quads: &BTreeSet<usize>| -> BTreeSet<usize> {
             quads.iter().flat_map(|&q| patch.quads[q]).flat_map(|v| around[v as usize].iter().copied()).collect()
@@ -153,7 +159,9 @@ impl Region {
             }
             let mut open = BTreeMap::<u32, usize>::new();
             for (side, _) in sides.iter().filter(|(_, count)| **count == 1) {
-                side.iter().for_each(|&v| *open.entry(v).or_default() += 1);
+                for &v in side {
+                    *open.entry(v).or_default() += 1;
+                }
             }
             let pinched = open.into_iter().filter(|(_, count)| *count > 2).flat_map(|(v, _)| &around[v as usize]);
             let more: Vec<usize> = pinched.copied().filter(|q| !quads.contains(q)).collect();

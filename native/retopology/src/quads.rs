@@ -6,14 +6,15 @@ use crate::density::{self, Size};
 use crate::error::LayoutError;
 use crate::fill::{self, Filled, Place};
 use crate::measures::Measures;
+use crate::mend::{self, Mended, mend, qualities};
 use crate::optimise::{Shape, optimise};
 use crate::pairing::{Pairing, pair};
 use crate::patch::Plan;
 use crate::rails::Rails;
+use crate::reach;
 use crate::surfaces::{Chart, charts};
 use crate::templates::{self, Catalogue, TemplateChoice};
 use mesh::{Monitor, NONE, PolygonMesh, TriangleMesh};
-use crate::mend::{Mended, mend, qualities};
 use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -28,7 +29,8 @@ pub struct LayoutOptions {
     /// Relative edge length at each input vertex, positive; empty for 1 everywhere. Default: empty.
     pub density: Vec<f64>,
     /// How far edges may leave the surface for its curvature, fraction of the bounding-box diagonal: they are made shorter where it
-    /// is bent, and longer elsewhere. Above 0; infinite for even sizes. Default 0.0015.
+    /// is bent, and longer elsewhere. What still sticks out further, a tip for
+    /// instance, gets a vertex of its own. Above 0; infinite for even sizes. Default 0.004.
     pub chord_error: f64,
     /// How base triangles are merged. Default: [`Pairing::Programme`].
     pub pairing: Pairing,
@@ -52,7 +54,7 @@ impl Default for LayoutOptions {
         Self {
             size: Size::TargetFaces(4000),
             density: Vec::new(),
-            chord_error: 0.0015,
+            chord_error: 0.004,
             pairing: Pairing::default(),
             irregularity: 20.0,
             catalogue: Catalogue::default(),
@@ -149,9 +151,10 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     if base.triangles.is_empty() {
         return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
     }
-    let mut size = density::spread(base, &options.density)?;
+    let painted = density::spread(base, &options.density)?;
+    let mut size = painted.clone();
+    let diagonal = base.surface.to_polygons().diagonal();
     if options.chord_error.is_finite() {
-        let diagonal = base.surface.to_polygons().diagonal();
         curvature::bound(base, &measures, options.chord_error * diagonal, options.size, &mut size);
     }
     let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
@@ -189,25 +192,28 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         .places
         .iter()
         .zip(&filled.stays)
-        .zip(tips(&filled))
-        .map(|((&place, &stays), tip)| match constraint(place, &rails) {
-            Constraint::Free if tip => Constraint::Fixed,
-            _ if stays => Constraint::Fixed,
-            other => other,
-        })
+        .map(|(&place, &stays)| if stays { Constraint::Fixed } else { constraint(place, &rails) })
         .collect();
     let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
-    let lengths: Vec<f64> = work.sizes(&size).into_iter().map(|size| size * counts.edge_length).collect();
+    let lengths: Vec<f64> = work.sizes(&painted).into_iter().map(|size| size * counts.edge_length).collect();
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
-    let shape = Shape {
-        quads: &work.filled.quads,
-        chart_of: &work.chart_of_quad,
-        constraints: &work.constraints,
-        lines: &rails.lines,
-        charts: &charts,
-        lengths: &lengths,
-    };
-    optimise(&shape, &mut work.filled.positions, options.rounds, &smooth, monitor)?;
+    // The maps reach every tip, the pull slips off: so before it too.
+    let error = options.chord_error * diagonal;
+    let mut reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
+    work.optimise(&lengths, options.rounds, &smooth, monitor)?;
+    for _ in 0..REACHING_ROUNDS {
+        if work.release(&reached) > 0 {
+            work.optimise(&lengths, 0, &smooth, monitor)?;
+        }
+        reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
+        if reached.is_empty() {
+            break;
+        }
+        work.optimise(&lengths, options.rounds / 3, &smooth, monitor)?;
+    }
+    if work.release(&reached) > 0 {
+        work.optimise(&lengths, 0, &smooth, monitor)?;
+    }
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
     if options.improve {
@@ -249,6 +255,13 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     Ok(Quads { mesh, feature_edges, base_vertex, source, report })
 }
 
+/// Times that points which stick out are looked for.
+const REACHING_ROUNDS: usize = 2;
+/// They are left again where that takes quads of less than this quality.
+const WORST_REACHED: f64 = 0.15;
+/// Vertices further from such a point than this, in edge lengths, are left alone.
+const MOST_REACH: f64 = 2.5;
+
 struct Clock {
     start: Instant,
     seconds: Vec<(&'static str, f64)>,
@@ -274,25 +287,6 @@ fn surfaces(charts: &[Chart]) -> Vec<&dyn Reference> {
     charts.iter().map(|chart| chart as &dyn Reference).collect()
 }
 
-/// A base vertex that stands out from its neighbours by more than this, in edges, is the tip of something.
-const TIP: f64 = 0.3;
-
-/// The base vertices at tips: quads would slip off if these moved.
-fn tips(filled: &Filled) -> Vec<bool> {
-    let mut around = vec![(mesh::DVec3::ZERO, 0.0, 0.0); filled.positions.len()];
-    for quad in &filled.quads {
-        for k in 0..4 {
-            let [a, b, c] = [quad[k], quad[(k + 1) % 4], quad[(k + 3) % 4]].map(|v| filled.positions[v as usize]);
-            let sum = &mut around[quad[k] as usize];
-            *sum = (sum.0 + b + c, sum.1 + a.distance(b) + a.distance(c), sum.2 + 2.0);
-        }
-    }
-    let is_tip = |((&p, place), (middle, length, count)): ((&mesh::DVec3, &Place), (mesh::DVec3, f64, f64))| {
-        matches!(place, Place::Corner(_)) && count > 0.0 && p.distance(middle / count) > TIP * length / count
-    };
-    filled.positions.iter().zip(&filled.places).zip(around).map(is_tip).collect()
-}
-
 /// Inner vertices of other valence than 4.
 pub(crate) fn irregular(mesh: &PolygonMesh) -> usize {
     let topology = mesh::Topology::of(mesh);
@@ -311,6 +305,73 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
+    fn optimise(
+        &mut self,
+        lengths: &[f64],
+        rounds: usize,
+        smooth: &SmoothOptions,
+        monitor: &Monitor,
+    ) -> Result<(), LayoutError> {
+        let shape = Shape {
+            quads: &self.filled.quads,
+            chart_of: &self.chart_of_quad,
+            constraints: &self.constraints,
+            lines: &self.rails.lines,
+            charts: self.charts,
+            lengths,
+        };
+        optimise(&shape, &mut self.filled.positions, rounds, smooth, monitor)?;
+        Ok(())
+    }
+
+    /// Moves free vertices to the points of the surface that stick out of the quads, and fixes them there: see
+    /// [`reach::missed`]. Returns them.
+    fn reach(
+        &mut self,
+        chart_of: &[u32],
+        error: f64,
+        spacing: f64,
+        monitor: &Monitor,
+    ) -> Result<Vec<usize>, LayoutError> {
+        let (positions, quads) = (&self.filled.positions, &self.filled.quads);
+        let on_rail = |e: usize| self.rails.of_edge[e].is_some();
+        let missed = reach::missed(self.base, &on_rail, positions, quads, error, spacing, monitor)?;
+        let mut chart = vec![NONE; positions.len()];
+        for (quad, &c) in quads.iter().zip(&self.chart_of_quad) {
+            for &v in quad {
+                chart[v as usize] = c;
+            }
+        }
+        let mut moved = Vec::new();
+        for (point, triangle) in missed {
+            let own = chart_of[self.base.owner[triangle as usize] as usize];
+            let free = (0..chart.len()).filter(|&v| chart[v] == own && self.constraints[v] == Constraint::Free);
+            let far = |v: usize| self.filled.positions[v].distance(point);
+            let nearest = free.min_by(|&a, &b| far(a).total_cmp(&far(b)));
+            if let Some(nearest) = nearest.filter(|&v| far(v) < MOST_REACH * spacing) {
+                self.filled.positions[nearest] = point;
+                self.constraints[nearest] = Constraint::Fixed;
+                moved.push(nearest);
+            }
+        }
+        Ok(moved)
+    }
+
+    /// Lets go of vertices around which quads are bad. Returns how many.
+    fn release(&mut self, fixed: &[usize]) -> usize {
+        let surfaces = surfaces(self.charts);
+        let mut bad = vec![false; self.filled.positions.len()];
+        for (quad, &c) in self.filled.quads.iter().zip(&self.chart_of_quad) {
+            if mend::quality(quad.map(|v| self.filled.positions[v as usize]), surfaces[c as usize]) < WORST_REACHED {
+                for &v in quad {
+                    bad[v as usize] = true;
+                }
+            }
+        }
+        let released = fixed.iter().filter(|&&v| bad[v]);
+        released.map(|&v| self.constraints[v] = Constraint::Free).count()
+    }
+
     /// The topological search, with features and borders kept.
     fn improve(&mut self, smooth: &SmoothOptions, monitor: &Monitor) -> Result<(), LayoutError> {
         let (features, surfaces) = (self.features(), surfaces(self.charts));

@@ -198,6 +198,7 @@ fn bad_input_is_refused() {
         faces(0),
         LayoutOptions { size: Size::EdgeLength(-1.0), ..faces(1) },
         LayoutOptions { irregularity: f64::NAN, ..faces(9) },
+        LayoutOptions { chord_error: 0.0, ..faces(9) },
         LayoutOptions { density: vec![0.0], ..faces(9) },
         LayoutOptions { pairing: Pairing::Programme { most_triangles: 9 }, ..faces(9) },
         LayoutOptions { pairing: Pairing::Matching { lambda: -1.0, mu: 0.5 }, ..faces(9) },

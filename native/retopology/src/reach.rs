@@ -1,0 +1,58 @@
+//! The points of the surface that stick out of its quads: fingertips, horns, the apex of a cone.
+//!
+//! Not in the paper. Projection puts the quads' vertices on the surface, but says nothing of the surface between them: rows of
+//! quads slip off a tip one after the other, and no closest point ever leads back to it.
+
+use crate::base::Base;
+use mesh::{DVec3, Monitor, NONE, TriangleMesh, split_quad};
+use rayon::prelude::*;
+use surface::closest::ClosestPoint;
+
+/// Points looked up between two looks at the monitor.
+const BATCH: usize = 4096;
+
+/// Points of the surface off rails further than `error` from the quads, with a surface triangle at each: the farthest first, no two
+/// within `spacing`. O(surface vertices · log quads).
+pub(crate) fn missed(
+    base: &Base,
+    on_rail: &dyn Fn(usize) -> bool,
+    positions: &[DVec3],
+    quads: &[[u32; 4]],
+    error: f64,
+    spacing: f64,
+    monitor: &Monitor,
+) -> Result<Vec<(DVec3, u32)>, mesh::Cancelled> {
+    let halves = |quad: &[u32; 4]| split_quad(quad.map(|v| positions[v as usize])).map(|half| half.map(|k| quad[k]));
+    let triangles = quads.iter().flat_map(halves).collect();
+    let closest = ClosestPoint::new(&TriangleMesh { positions: positions.to_vec(), triangles });
+    let mut triangle_at = vec![NONE; base.surface.positions.len()];
+    for (t, corners) in base.surface.triangles.iter().enumerate() {
+        for &v in corners {
+            triangle_at[v as usize] = t as u32;
+        }
+    }
+    for (_, edge) in base.edges.iter().enumerate().filter(|(e, _)| on_rail(*e)) {
+        for &v in &edge.path {
+            triangle_at[v as usize] = NONE;
+        }
+    }
+    let used: Vec<usize> = (0..triangle_at.len()).filter(|&v| triangle_at[v] != NONE).collect();
+    let mut far = Vec::new();
+    for batch in used.chunks(BATCH) {
+        monitor.check()?;
+        let off = |&v: &usize| {
+            let point = base.surface.positions[v];
+            (closest.project(point).point.distance(point), v)
+        };
+        far.par_extend(batch.par_iter().map(off).filter(|(distance, _)| *distance > error));
+    }
+    far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut found: Vec<(DVec3, u32)> = Vec::new();
+    for (_, v) in far {
+        let point = base.surface.positions[v];
+        if found.iter().all(|(other, _)| other.distance(point) > spacing) {
+            found.push((point, triangle_at[v]));
+        }
+    }
+    Ok(found)
+}
