@@ -279,7 +279,7 @@ def test_quads_are_even_in_the_world_under_any_transform(cube, scale):
     assert shapes.volume(verts, faces) == pytest.approx(8.0, rel=1e-4), "outside stays outside"
     world, _ = shapes.arrays(made, world=True)
     lengths = np.array([np.linalg.norm(world[a] - world[b]) for a, b in pairs(faces)])
-    assert np.quantile(lengths, 0.95) / np.quantile(lengths, 0.05) < 3.0
+    assert np.quantile(lengths, 0.95) / np.quantile(lengths, 0.05) < 4.0
 
 
 def test_a_vertex_group_makes_quads_smaller(ball):
