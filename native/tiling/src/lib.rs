@@ -1,7 +1,7 @@
 //! Tri-Quad Tiling: meshes of unit equilateral triangles and squares inside a given outline.
 //!
 //! Follows C.-H. Peng, H. Pottmann, P. Wonka, Designing Patterns using Triangle-Quad Hybrid Meshes, ACM TOG 37(4), 2018,
-//! parts 3 and 6; docs/papers.md maps its sections to files. Everything about tilings is
+//! parts 3, 4 and 6; docs/papers.md maps its sections to files. Everything about tilings is
 //! exact: only `fit`, whose curves are drawn, decides by rounded numbers.
 
 mod border;
@@ -27,6 +27,7 @@ mod random;
 mod region;
 mod repair;
 mod rhombi;
+mod surface;
 mod symmetry;
 mod tile;
 mod tilings;
@@ -46,5 +47,6 @@ pub use plane::{Direction, Isometry, Point, Surd};
 pub use programme::tilings_by_programme;
 pub use repair::{Repair, repair};
 pub use rhombi::{WithRhombi, count_with_rhombi, tile_with_rhombi};
+pub use self::surface::{Panel, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
 pub use tile::{Configuration, Kind, Tile, Tiling};
 pub use tilings::{Refutation, Tilings, count_tilings, find_tiling, is_tileable, refute};
