@@ -5,7 +5,8 @@
 //! nearest to it. The wishes are met in the least-squares sense by one linear system whose matrix never changes, so it is
 //! factored once. Deviation: the paper runs three optimisers one after another, with a general solver.
 //!
-//! Steps that turn a tile over are halved, at that tile's vertices only; those that would turn it at any length are left out.
+//! Tiles that ask for more room than there is would buckle out of the surface. So the first rounds put every vertex back on
+//! it, and only the last let it off, for planarity. Steps that turn a tile over are halved, at that tile's vertices only; those that would turn it at any length are left out.
 
 use super::SurfaceError;
 use super::coarse::Coarse;
@@ -14,8 +15,11 @@ use mesh::{DVec3, Monitor, NONE, TriangleMesh};
 use solve::cholesky::Factor;
 use surface::closest::ClosestPoint;
 
-/// Weight of a place against that of a tile, 1: on the surface, on a curve.
+/// Weight of a place on a curve against that of a tile, 1.
 const ON_CURVE: f64 = 8.0;
+
+/// Weight of a vertex's last place while it is put back on the surface every round.
+const SLIDING: f64 = 0.05;
 
 /// How often a step is halved where it turns tiles over, before it is left out.
 const HALVINGS: usize = 4;
@@ -23,15 +27,17 @@ const HALVINGS: usize = 4;
 /// How hard to shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeOptions {
-    /// Rounds of the solver. Default 80; 0 leaves the pattern as it was laid.
+    /// Rounds on the surface, for regularity. Default 60; 0 leaves the pattern as it was laid.
     pub rounds: usize,
-    /// Weight of closeness to the surface against regularity, above 0. Default 0.15.
+    /// Rounds near the surface, for planarity. Default 15.
+    pub flattening_rounds: usize,
+    /// Weight of closeness to the surface against regularity in the latter, above 0. Default 1.
     pub closeness: f64,
 }
 
 impl Default for ShapeOptions {
     fn default() -> Self {
-        Self { rounds: 80, closeness: 0.15 }
+        Self { rounds: 60, flattening_rounds: 15, closeness: 1.0 }
     }
 }
 
@@ -72,11 +78,22 @@ pub(super) fn shape(
         triangle: vec![NONE; count],
     };
     let mut positions = shaper.placed(&pattern.positions, monitor)?;
-    let factor = shaper.factor(options.closeness)?;
-    for round in 0..options.rounds {
-        monitor.stage("shaping", round as f64 / options.rounds as f64)?;
-        let wish = shaper.step(&positions, &factor, options.closeness, monitor)?;
-        shaper.guarded(&mut positions, &wish);
+    let phases = [(options.rounds, SLIDING, true), (options.flattening_rounds, options.closeness, false)];
+    let all = (options.rounds + options.flattening_rounds) as f64;
+    let mut done = 0;
+    for (rounds, closeness, is_bound) in phases {
+        let factor = shaper.factor(closeness)?;
+        for _ in 0..rounds {
+            monitor.stage("shaping", f64::from(done) / all)?;
+            done += 1;
+            let mut wish = shaper.step(&positions, &factor, closeness, monitor)?;
+            if is_bound {
+                for (v, p) in wish.iter_mut().enumerate() {
+                    *p = shaper.nearest(v, *p);
+                }
+            }
+            shaper.guarded(&mut positions, &wish);
+        }
     }
     // Borders end exactly on their curves, wherever no tile turns over by it.
     let on_curves: Vec<DVec3> =
@@ -167,7 +184,8 @@ impl Shaper<'_> {
             right[v] = if self.is_fixed(v) { self.pattern.positions[v] } else { weight * self.nearest(v, p) };
         }
         for tile in &self.pattern.tiles {
-            let wanted = regular(tile, positions, edge);
+            let up = self.up(tile, positions);
+            let wanted = regular(tile, positions, edge, is_turned(tile, positions, up).then_some(up));
             let n = tile.len() as f64;
             let pinned: DVec3 =
                 tile.iter().filter(|&&v| self.is_fixed(v as usize)).map(|&v| self.pattern.positions[v as usize]).sum();
@@ -209,21 +227,25 @@ impl Shaper<'_> {
         positions.copy_from_slice(&moved);
     }
 
-    /// Whether a corner of a tile faces away from the surface under the tile.
     fn is_turned(&self, tile: &[u32], positions: &[DVec3]) -> bool {
-        let at = |k: usize| positions[tile[k % tile.len()] as usize];
-        let up = tile
-            .iter()
-            .map(|&v| self.triangle[v as usize])
-            .filter(|&t| t != NONE)
-            .map(|t| self.surface.area_normal(t as usize).normalize_or_zero())
-            .sum::<DVec3>();
-        let up = if up == DVec3::ZERO { mesh::face_normal(&(0..tile.len()).map(at).collect::<Vec<_>>()) } else { up };
-        (0..tile.len()).any(|k| {
-            let here = at(k);
-            (at(k + 1) - here).cross(at(k + tile.len() - 1) - here).dot(up) <= 0.0
-        })
+        is_turned(tile, positions, self.up(tile, positions))
     }
+
+    /// The normal of the surface under a tile; its own where no vertex is known to be near the surface.
+    fn up(&self, tile: &[u32], positions: &[DVec3]) -> DVec3 {
+        let near = tile.iter().map(|&v| self.triangle[v as usize]).filter(|&t| t != NONE);
+        let up = near.map(|t| self.surface.area_normal(t as usize).normalize_or_zero()).sum::<DVec3>().normalize_or_zero();
+        if up != DVec3::ZERO {
+            return up;
+        }
+        mesh::face_normal(&tile.iter().map(|&v| positions[v as usize]).collect::<Vec<_>>())
+    }
+}
+
+/// Whether a corner of a tile faces away from `up`.
+fn is_turned(tile: &[u32], positions: &[DVec3], up: DVec3) -> bool {
+    let at = |k: usize| positions[tile[k % tile.len()] as usize];
+    (0..tile.len()).any(|k| (at(k + 1) - at(k)).cross(at(k + tile.len() - 1) - at(k)).dot(up) <= 0.0)
 }
 
 /// The mean of the edges' lengths; inner edges count twice.
@@ -243,13 +265,21 @@ pub(super) fn mean_edge(tiles: &[Vec<u32>], positions: &[DVec3]) -> f64 {
 ///
 /// With A and B the sums of the corners times cosine and sine of their place on the circle, the best plane directions are
 /// the orthonormal pair nearest to (A, B): its polar factor.
-fn regular(tile: &[u32], positions: &[DVec3], edge: f64) -> Vec<DVec3> {
+/// For a tile that is turned over, `up` says where it ought to face; the nearest polygon is then sought in that plane.
+fn regular(tile: &[u32], positions: &[DVec3], edge: f64, up: Option<DVec3>) -> Vec<DVec3> {
     let n = tile.len() as f64;
     let turn = |k: usize| std::f64::consts::TAU * k as f64 / n;
     let (mut a, mut b) = (DVec3::ZERO, DVec3::ZERO);
     for (k, &v) in tile.iter().enumerate() {
         a += turn(k).cos() * positions[v as usize];
         b += turn(k).sin() * positions[v as usize];
+    }
+    let radius = edge / (2.0 * (std::f64::consts::PI / n).sin());
+    let polygon = |u: DVec3, w: DVec3| (0..tile.len()).map(|k| radius * (turn(k).cos() * u + turn(k).sin() * w)).collect();
+    if let Some(up) = up {
+        let along = a + b.cross(up);
+        let u = (along - along.dot(up) * up).try_normalize().unwrap_or_else(|| up.any_orthonormal_vector());
+        return polygon(u, up.cross(u));
     }
     let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
     // The inverse square root of [[aa, ab], [ab, bb]], by its closed form.
@@ -262,6 +292,5 @@ fn regular(tile: &[u32], positions: &[DVec3], edge: f64) -> Vec<DVec3> {
     let scale = 1.0 / (root * trace);
     let u = scale * ((bb + root) * a - ab * b);
     let w = scale * ((aa + root) * b - ab * a);
-    let radius = edge / (2.0 * (std::f64::consts::PI / n).sin());
-    (0..tile.len()).map(|k| radius * (turn(k).cos() * u + turn(k).sin() * w)).collect()
+    polygon(u, w)
 }
