@@ -66,7 +66,7 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
     let turned = (0..mesh.face_count()).filter(|&f| is_turned(&mesh.face_points(f).collect::<Vec<_>>(), input, &surface)).count();
     let defects = check(mesh, &Monitor::new())?;
     let of_surface = check(&input.to_polygons(), &Monitor::new())?;
-    let mut remarks = String::new();
+    let mut remarks = format!(" used {:.3}", result.edge_length);
     if !defects.manifold() {
         remarks += " NOT MANIFOLD";
     }

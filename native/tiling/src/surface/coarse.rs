@@ -26,6 +26,8 @@ pub(super) struct Coarse {
     pub hard: BTreeMap<[u32; 2], u32>,
     /// Vertices at which curves end: they stay where they are.
     pub ends: BTreeSet<u32>,
+    /// Border vertices that the pattern passes by: the square between their two triangles lies on the border instead.
+    pub passed: BTreeSet<u32>,
     /// The borders and marked edges of the surface, from corner to corner.
     pub curves: Vec<Curve>,
 }
@@ -38,7 +40,7 @@ pub(super) fn coarse(
     [step, curve_step]: [f64; 2],
     monitor: &Monitor,
 ) -> Result<Coarse, SurfaceError> {
-    let paths = curve_paths(surface, marked, corner_angle, step)?;
+    let paths = curve_paths(surface, marked, corner_angle, step);
     let mut counts = step_counts(surface, &paths, curve_step);
     let resampled = loop {
         let chains: Vec<Chain> = paths
@@ -72,7 +74,7 @@ pub(super) fn coarse(
         }
     }
     let curves = paths.iter().map(|path| Curve::new(path.iter().map(|&v| surface.positions[v as usize]))).collect();
-    let mut coarse = Coarse { mesh: remeshed.mesh, hard, ends, curves };
+    let mut coarse = Coarse { mesh: remeshed.mesh, hard, ends, passed: BTreeSet::new(), curves };
     coarse.open_narrow_sectors(monitor)?;
     Ok(coarse)
 }
@@ -89,20 +91,14 @@ fn curve_paths(
     marked: &[[u32; 2]],
     corner_angle: f64,
     step: f64,
-) -> Result<Vec<Vec<u32>>, SurfaceError> {
+) -> Vec<Vec<u32>> {
     let topology = Topology::of_triangles(surface);
     let mut edges: BTreeSet<[u32; 2]> = topology
         .edges()
         .filter(|&h| topology.is_border(h))
         .map(|h| sorted(topology.from(h), topology.to(h)))
         .collect();
-    for (index, &[a, b]) in marked.iter().enumerate() {
-        let known = (a as usize) < surface.positions.len() && (b as usize) < surface.positions.len();
-        if !known || (topology.find(a, b).is_none() && topology.find(b, a).is_none()) {
-            return Err(SurfaceError::NoSuchEdge { index });
-        }
-        edges.insert(sorted(a, b));
-    }
+    edges.extend(marked);
     let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for &[a, b] in &edges {
         around.entry(a).or_default().push(b);
@@ -148,7 +144,7 @@ fn curve_paths(
     while let Some(&[start, first]) = left.first() {
         paths.push(walk(start, first, &mut left));
     }
-    Ok(paths)
+    paths
 }
 
 /// Whether a curve through `v` meets a stop within the distance `apart`, along the curve.
@@ -235,6 +231,9 @@ impl Coarse {
         (0..topology.len() as u32).find_map(|h| {
             let v = topology.from(h);
             self.curve_of(v, topology.to(h))?;
+            if self.passed.contains(&v) {
+                return None;
+            }
             let before = topology.prev[h as usize];
             let second = topology.twin[before as usize];
             let outer = if second == mesh::NONE { return None } else { topology.prev[second as usize] };
@@ -247,29 +246,39 @@ impl Coarse {
         })
     }
 
-    /// Adds a triangle at the vertex opposite a half-edge: by turning the edge where the other side is free, else by a
-    /// vertex in the triangle.
+    /// Adds a triangle at the vertex opposite a half-edge: by turning the edge where that folds nothing, else by a vertex in
+    /// the triangle. A border vertex that is no corner is passed by instead.
     fn open_sector(&mut self, h: u32, opened: &mut BTreeSet<u32>) {
         let topology = Topology::of_triangles(&self.mesh);
         let t = topology.face[h as usize] as usize;
-        let twin = topology.twin[h as usize];
-        if twin == mesh::NONE || self.curve_of(topology.from(h), topology.to(h)).is_some() {
-            self.split_triangle(t);
-            return;
-        }
-        let (a, b) = (topology.from(h), topology.to(h));
         let apex = topology.from(topology.prev[h as usize]);
-        let far = topology.from(topology.prev[twin as usize]);
-        let is_free = !self.hard.keys().any(|e| e.contains(&far))
-            && topology.find(apex, far).is_none()
-            && topology.find(far, apex).is_none();
-        if is_free && !opened.contains(&a) && !opened.contains(&b) {
+        if let Some([first, second]) = self.turned_edge(&topology, h, opened) {
             opened.insert(apex);
-            self.mesh.triangles[t] = [apex, a, far];
-            self.mesh.triangles[topology.face[twin as usize] as usize] = [apex, far, b];
+            self.mesh.triangles[t] = first;
+            self.mesh.triangles[topology.face[topology.twin[h as usize] as usize] as usize] = second;
+        } else if topology.around(apex).count() == 2 && !self.ends.contains(&apex) {
+            self.passed.insert(apex);
         } else {
             self.split_triangle(t);
         }
+    }
+
+    /// The triangles on both sides of a half-edge after it is turned, if that is possible without harm.
+    fn turned_edge(&self, topology: &Topology, h: u32, opened: &BTreeSet<u32>) -> Option<[[u32; 3]; 2]> {
+        let twin = topology.twin[h as usize];
+        let (a, b) = (topology.from(h), topology.to(h));
+        if twin == mesh::NONE || self.curve_of(a, b).is_some() || opened.contains(&a) || opened.contains(&b) {
+            return None;
+        }
+        let apex = topology.from(topology.prev[h as usize]);
+        let far = topology.from(topology.prev[twin as usize]);
+        if self.hard.keys().any(|e| e.contains(&far)) || topology.find(apex, far).is_some() || topology.find(far, apex).is_some() {
+            return None;
+        }
+        let turned = [[apex, a, far], [apex, far, b]];
+        let normal = |t: [u32; 3]| mesh::face_normal(&t.map(|v| self.mesh.positions[v as usize]));
+        let old = [h, twin].map(|h| normal(self.mesh.triangles[topology.face[h as usize] as usize]));
+        turned.iter().all(|&t| old.iter().all(|n| normal(t).dot(*n) > 0.5)).then_some(turned)
     }
 
     fn split_triangle(&mut self, t: usize) {

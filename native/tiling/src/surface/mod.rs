@@ -18,6 +18,7 @@
 
 mod coarse;
 mod curve;
+mod input;
 mod panels;
 mod pattern;
 mod shape;
@@ -25,7 +26,9 @@ mod shape;
 pub use panels::Panel;
 pub use shape::ShapeOptions;
 
-use mesh::{Cancelled, Monitor, PolygonMesh, TriangleMesh, check};
+use input::Input;
+use pattern::Pattern;
+use mesh::{Cancelled, Monitor, PolygonMesh, TriangleMesh};
 use solve::SolveError;
 use std::time::{Duration, Instant};
 use surface::remesh::RemeshError;
@@ -36,14 +39,17 @@ use surface::resample::ResampleError;
 const STEP: f64 = 2.732_050_807_568_877_2;
 const CURVE_STEP: f64 = 2.85;
 
-/// Most panels that a call may be asked for: some minutes and gigabytes.
-const MOST_PANELS: f64 = 2e6;
+/// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
+/// the panels, as on a tube of two panels around, smaller ones fit.
+const SMALLER: [f64; 9] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25];
 
 /// What the caller may choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceOptions {
     /// Edges of the input that edges of the result must follow, as vertex pairs. Default none. Borders always are.
     pub marked_edges: Vec<[u32; 2]>,
+    /// Edges at which the surface turns by more than this are followed too, radians, 0 to pi. Default 50 degrees; pi for none.
+    pub feature_angle: f64,
     /// A border or marked line that turns by more than this keeps a vertex there, radians, 0 to pi. Default 30 degrees.
     pub corner_angle: f64,
     /// How the mesh is shaped.
@@ -52,7 +58,12 @@ pub struct SurfaceOptions {
 
 impl Default for SurfaceOptions {
     fn default() -> Self {
-        Self { marked_edges: Vec::new(), corner_angle: std::f64::consts::FRAC_PI_6, shape: ShapeOptions::default() }
+        Self { 
+            marked_edges: Vec::new(),
+            feature_angle: 50f64.to_radians(),
+            corner_angle: std::f64::consts::FRAC_PI_6,
+            shape: ShapeOptions::default(),
+        }
     }
 }
 
@@ -62,16 +73,14 @@ pub enum SurfaceError {
     /// The input is no oriented manifold.
     #[error(
         "the surface is not an oriented manifold: {} edges of three or more faces, {} edges between faces of opposite direction, {} \
-         pinched vertices, {} vertices that are no numbers, {} degenerate faces; merge by distance, split what touches, recalculate normals",
-        edges.len(), misoriented.len(), vertices.len(), nonfinite.len(), faces.len()
+         vertices that are no numbers, {} degenerate faces; merge by distance, split what touches, recalculate normals",
+        edges.len(), misoriented.len(), nonfinite.len(), faces.len()
     )]
     NotManifold {
         /// Edges of more than two triangles.
         edges: Vec<[u32; 2]>,
         /// Edges whose two triangles run the same way.
         misoriented: Vec<[u32; 2]>,
-        /// Vertices at which several fans meet.
-        vertices: Vec<u32>,
         /// Vertices without a finite position.
         nonfinite: Vec<u32>,
         /// Triangles that name a vertex twice.
@@ -131,6 +140,10 @@ pub struct SurfaceTiling {
     pub mesh: PolygonMesh,
     /// One a face.
     pub panels: Vec<Panel>,
+    /// Faces with a corner that faces away from the surface: none but where even quarter panels found no room.
+    pub turned: Vec<u32>,
+    /// The edge length used: smaller than the one asked for where panels of that size turned over.
+    pub edge_length: f64,
     /// Vertices whose combinatorial angle defect is not zero, and the defect in units of 30 degrees; over all vertices it
     /// sums to 12 times the Euler characteristic.
     pub defects: Vec<(u32, i32)>,
@@ -158,63 +171,45 @@ pub fn tile_surface(
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<SurfaceTiling, SurfaceError> {
-    let mut stages = Vec::new();
+    let mut stages: Vec<(&'static str, Duration)> = ["check", "triangulate", "expand", "shape", "measure"].map(|s| (s, Duration::ZERO)).to_vec();
     let mut start = Instant::now();
-    let mut lap = |name| {
-        stages.push((name, start.elapsed()));
+    let mut lap = |stage: usize| {
+        stages[stage].1 += start.elapsed();
         start = Instant::now();
     };
     monitor.stage("checking", 0.0)?;
-    check_input(surface, edge_length, monitor)?;
-    lap("check");
-    monitor.stage("triangulating", 0.0)?;
-    let steps = [STEP, CURVE_STEP].map(|step| step * edge_length);
-    let coarse = coarse::coarse(surface, &options.marked_edges, options.corner_angle, steps, monitor)?;
-    lap("triangulate");
-    let mut pattern = pattern::Pattern::expand(&coarse);
-    lap("expand");
-    shape::shape(surface, &coarse, &mut pattern, options.shape, monitor)?;
-    lap("shape");
+    let input = Input::new(surface, edge_length, options, monitor)?;
+    lap(0);
+    let mut best: Option<(f64, Pattern, Vec<u32>)> = None;
+    for fraction in SMALLER {
+        monitor.stage("triangulating", 0.0)?;
+        let steps = [STEP, CURVE_STEP].map(|step| step * edge_length * fraction);
+        let coarse = coarse::coarse(&input.mesh, &input.followed, options.corner_angle, steps, monitor)?;
+        lap(1);
+        let mut pattern = Pattern::expand(&coarse);
+        lap(2);
+        let turned = shape::shape(&input.mesh, &coarse, &mut pattern, options.shape, monitor)?;
+        lap(3);
+        if best.as_ref().is_none_or(|(_, _, fewest)| turned.len() < fewest.len()) {
+            best = Some((fraction, pattern, turned));
+        }
+        if best.as_ref().is_some_and(|(_, _, turned)| turned.is_empty()) {
+            break;
+        }
+    }
+    let (fraction, pattern, turned) = best.expect("one step at least was tried");
     let mesh = PolygonMesh::from_polygons(pattern.positions, &pattern.tiles).expect("tiles name vertices of the pattern");
     let (defects, interior_vertices) = panels::defects(&mesh);
     let panels = Panel::all(&mesh);
-    lap("measure");
+    lap(4);
     Ok(SurfaceTiling {
+        edge_length: fraction * edge_length,
         patches: pattern.tiles.len(),
         mesh,
         panels,
+        turned,
         defects: defects.into_iter().collect(),
         interior_vertices,
         stages,
     })
-}
-
-fn check_input(surface: &TriangleMesh, edge_length: f64, monitor: &Monitor) -> Result<(), SurfaceError> {
-    if surface.triangles.is_empty() {
-        return Err(SurfaceError::Empty);
-    }
-    let polygons = surface.to_polygons();
-    let defects = check(&polygons, monitor)?;
-    if !defects.manifold() || !defects.nonfinite_verts.is_empty() || !defects.degenerate_faces.is_empty() {
-        return Err(SurfaceError::NotManifold {
-            edges: defects.nonmanifold_edges,
-            misoriented: defects.misoriented_edges,
-            vertices: defects.nonmanifold_verts,
-            nonfinite: defects.nonfinite_verts,
-            faces: defects.degenerate_faces,
-        });
-    }
-    let diagonal = polygons.diagonal();
-    if !(edge_length.is_finite() && edge_length > 0.0) {
-        return Err(SurfaceError::EdgeLength { edge_length, diagonal });
-    }
-    let area: f64 = (0..surface.triangles.len()).map(|t| surface.area_normal(t).length() / 2.0).sum();
-    // A period of the lattice has two triangles, three squares and the six triangles of a fan.
-    let period = STEP * STEP * 3f64.sqrt() / 2.0;
-    let panels = 11.0 * area / (period * edge_length * edge_length);
-    if panels > MOST_PANELS {
-        let least = edge_length * (panels / MOST_PANELS).sqrt();
-        return Err(SurfaceError::TooMany { edge_length, panels, least });
-    }
-    Ok(())
 }

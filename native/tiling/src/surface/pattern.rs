@@ -91,7 +91,7 @@ impl Pattern {
     /// Fills what the shrunken triangles leave around a coarse vertex.
     fn fan(&mut self, coarse: &Coarse, topology: &Topology, corner: &[u32], v: u32) {
         let around: Vec<u32> = topology.around(v).collect();
-        if around.is_empty() {
+        if around.is_empty() || coarse.passed.contains(&v) {
             return;
         }
         let curve_at = |h: u32| coarse.hard.get(&sorted(v, topology.to(h))).copied();

@@ -19,7 +19,7 @@ use surface::closest::ClosestPoint;
 const ON_CURVE: f64 = 8.0;
 
 /// Weight of a vertex's last place while it is put back on the surface every round.
-const SLIDING: f64 = 0.05;
+const SLIDING: f64 = 0.01;
 
 /// How often a step is halved where it turns tiles over, before it is left out.
 const HALVINGS: usize = 4;
@@ -53,14 +53,14 @@ struct Shaper<'a> {
     triangle: Vec<u32>,
 }
 
-/// Puts the pattern on the surface and shapes it.
+/// Puts the pattern on the surface and shapes it; the tiles that are turned over in the end.
 pub(super) fn shape(
     surface: &TriangleMesh,
     coarse: &Coarse,
     pattern: &mut Pattern,
     options: ShapeOptions,
     monitor: &Monitor,
-) -> Result<(), SurfaceError> {
+) -> Result<Vec<u32>, SurfaceError> {
     let count = pattern.positions.len();
     let mut tiles_at = vec![Vec::new(); count];
     for (t, tile) in pattern.tiles.iter().enumerate() {
@@ -99,8 +99,9 @@ pub(super) fn shape(
     let on_curves: Vec<DVec3> =
         (0..count).map(|v| if pattern.places[v] == Place::Free { positions[v] } else { shaper.nearest(v, positions[v]) }).collect();
     shaper.guarded(&mut positions, &on_curves);
+    let turned = shaper.turned(&positions);
     pattern.positions = positions;
-    Ok(())
+    Ok(turned)
 }
 
 impl Shaper<'_> {
@@ -229,6 +230,18 @@ impl Shaper<'_> {
 
     fn is_turned(&self, tile: &[u32], positions: &[DVec3]) -> bool {
         is_turned(tile, positions, self.up(tile, positions))
+    }
+
+    /// Tiles with a corner that faces away from the surface below their middle.
+    fn turned(&self, positions: &[DVec3]) -> Vec<u32> {
+        (0..self.pattern.tiles.len() as u32)
+            .filter(|&t| {
+                let tile = &self.pattern.tiles[t as usize];
+                let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
+                let below = self.closest.project(middle).triangle;
+                below == NONE || is_turned(tile, positions, self.surface.area_normal(below as usize))
+            })
+            .collect()
     }
 
     /// The normal of the surface under a tile; its own where no vertex is known to be near the surface.
