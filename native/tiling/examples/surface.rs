@@ -7,13 +7,19 @@ use mesh::{DVec3, Monitor, Topology, TriangleMesh, check};
 use std::error::Error;
 use std::path::Path;
 use surface::closest::ClosestPoint;
-use tiling::{Kind, SurfaceOptions, SurfaceTiling, tile_surface};
+use tiling::{Fill, Kind, SurfaceOptions, SurfaceTiling, tile_surface};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [folder, edge, files @ ..] = arguments.as_slice() else {
         return Err("usage: surface OUT_FOLDER EDGE|nPANELS FILE.obj...".into());
     };
+    // RANDOM_SEED in the environment asks for patches filled at random.
+    let fill = match std::env::var("RANDOM_SEED") {
+        Ok(seed) => Fill::Random { seed: seed.parse()?, patch_panels: 40 },
+        Err(_) => Fill::Regular,
+    };
+    let options = SurfaceOptions { fill, ..SurfaceOptions::default() };
     println!(
         "{:24}{:>7}{:>7}{:>5}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>7}{:>6}  seconds",
         "surface", "panels", "quads", "rh", "irreg%", "edge cv", "plan%", "max%", "close%", "border", "turned", "chi"
@@ -27,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Some(panels) => (area / panels.parse::<f64>()? * 11.0 / 6.464).sqrt(),
             None => edge.parse()?,
         };
-        match tile_surface(&input, edge_length, &SurfaceOptions::default(), &Monitor::new()) {
+        match tile_surface(&input, edge_length, &options, &Monitor::new()) {
             Ok(result) => {
                 report(&name, &input, &result)?;
                 std::fs::write(Path::new(folder).join(format!("{name}.obj")), testkit::obj::write(&result.mesh))?;
@@ -66,7 +72,7 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
     let turned = (0..mesh.face_count()).filter(|&f| is_turned(&mesh.face_points(f).collect::<Vec<_>>(), input, &surface)).count();
     let defects = check(mesh, &Monitor::new())?;
     let of_surface = check(&input.to_polygons(), &Monitor::new())?;
-    let mut remarks = format!(" used {:.3}", result.edge_length);
+    let mut remarks = format!(" used {:.3}, patches {} changed {}", result.edge_length, result.patches, result.changed_patches);
     if !defects.manifold() {
         remarks += " NOT MANIFOLD";
     }

@@ -11,13 +11,14 @@
 //! twentieth of the pattern's are.
 //!
 //! Stages: `curve` and `coarse` (borders and marked edges at equal steps, triangulation between), `pattern` (tiles by
-//! index, so borders of patches are shared without stitching), `shape` (4.2.4), `panels` (what a schedule needs).
+//! index, so borders of patches are shared without stitching), `fill` (4.2.2: other tilings of the same surface), `shape` (4.2.4), `panels` (what a schedule needs).
 //!
 //! Deviations: no Algorithm 1 and no problem (11) yet; defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
 mod coarse;
 mod curve;
+mod fill;
 mod input;
 mod panels;
 mod pattern;
@@ -52,6 +53,8 @@ pub struct SurfaceOptions {
     pub feature_angle: f64,
     /// A border or marked line that turns by more than this keeps a vertex there, radians, 0 to pi. Default 30 degrees.
     pub corner_angle: f64,
+    /// Which of the many tilings of the surface.
+    pub fill: Fill,
     /// How the mesh is shaped.
     pub shape: ShapeOptions,
 }
@@ -62,9 +65,25 @@ impl Default for SurfaceOptions {
             marked_edges: Vec::new(),
             feature_angle: 50f64.to_radians(),
             corner_angle: std::f64::consts::FRAC_PI_6,
+            fill: Fill::Regular,
             shape: ShapeOptions::default(),
         }
     }
+}
+
+/// Choice of tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fill {
+    /// Hexagons of triangles between squares, as periodic as the surface allows.
+    Regular,
+    /// Patches filled at random by the plane solver, all tilings of a patch equally likely.
+    Random {
+        /// The same seed gives the same tiles.
+        seed: u64,
+        /// Most panels of a patch: with more of them, fewer traces of the regular pattern, and more time. 40 is a good number;
+        /// 12 the least that can change.
+        patch_panels: usize,
+    },
 }
 
 /// Why a surface cannot be tiled.
@@ -149,8 +168,10 @@ pub struct SurfaceTiling {
     pub defects: Vec<(u32, i32)>,
     /// Vertices off the border.
     pub interior_vertices: usize,
-    /// Patches: triangles, squares and fans of the coarse triangulation, by its triangles, edges and vertices.
+    /// Patches that the plane solver filled, over all sweeps; none with [`Fill::Regular`].
     pub patches: usize,
+    /// Those of them that got another tiling.
+    pub changed_patches: usize,
     /// Seconds by stage, in order.
     pub stages: Vec<(&'static str, Duration)>,
 }
@@ -180,31 +201,37 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
-    let mut best: Option<(f64, Pattern, Vec<u32>)> = None;
+    let mut refilled = (0, 0);
+    let mut best: Option<(f64, Pattern, Vec<u32>, (usize, usize))> = None;
     for fraction in SMALLER {
         monitor.stage("triangulating", 0.0)?;
         let steps = [STEP, CURVE_STEP].map(|step| step * edge_length * fraction);
         let coarse = coarse::coarse(&input.mesh, &input.followed, options.corner_angle, steps, monitor)?;
         lap(1);
         let mut pattern = Pattern::expand(&coarse);
+        if let Fill::Random { seed, patch_panels } = options.fill {
+            monitor.stage("filling", 0.0)?;
+            refilled = fill::refill(&mut pattern, patch_panels, seed, monitor)?;
+        }
         lap(2);
         let turned = shape::shape(&input.mesh, &coarse, &mut pattern, options.shape, monitor)?;
         lap(3);
-        if best.as_ref().is_none_or(|(_, _, fewest)| turned.len() < fewest.len()) {
-            best = Some((fraction, pattern, turned));
+        if best.as_ref().is_none_or(|(_, _, fewest, _)| turned.len() < fewest.len()) {
+            best = Some((fraction, pattern, turned, refilled));
         }
-        if best.as_ref().is_some_and(|(_, _, turned)| turned.is_empty()) {
+        if best.as_ref().is_some_and(|(_, _, turned, _)| turned.is_empty()) {
             break;
         }
     }
-    let (fraction, pattern, turned) = best.expect("one step at least was tried");
+    let (fraction, pattern, turned, refilled) = best.expect("one step at least was tried");
     let mesh = PolygonMesh::from_polygons(pattern.positions, &pattern.tiles).expect("tiles name vertices of the pattern");
     let (defects, interior_vertices) = panels::defects(&mesh);
     let panels = Panel::all(&mesh);
     lap(4);
     Ok(SurfaceTiling {
         edge_length: fraction * edge_length,
-        patches: pattern.tiles.len(),
+        patches: refilled.0,
+        changed_patches: refilled.1,
         mesh,
         panels,
         turned,
