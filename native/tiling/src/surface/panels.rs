@@ -41,7 +41,7 @@ impl Panel {
 }
 
 /// Combinatorial angle defects, in units of 30 degrees, of the vertices where they are not zero: 12 less the angles around
-/// an interior vertex, 6 less those of a border vertex, a triangle's corner being 2 and a square's 3 (section 4.0.2).
+/// an interior vertex, 6 less those of a border vertex, a triangle's corner being 2 and a square's 3 (section 4.0.2 of the paper).
 pub(super) fn defects(mesh: &PolygonMesh) -> (BTreeMap<u32, i32>, usize) {
     let topology = Topology::of(mesh);
     let mut defect: Vec<i32> = (0..mesh.vertex_count() as u32).map(|v| if topology.is_border_vertex(v) { 6 } else { 12 }).collect();

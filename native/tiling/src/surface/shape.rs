@@ -15,11 +15,14 @@ use mesh::{DVec3, Monitor, NONE, TriangleMesh};
 use solve::cholesky::Factor;
 use surface::closest::ClosestPoint;
 
-/// Weight of a place on a curve against that of a tile, 1.
+/// How much more a vertex is held to its curve than to the surface.
 const ON_CURVE: f64 = 8.0;
 
 /// Weight of a vertex's last place while it is put back on the surface every round.
 const SLIDING: f64 = 0.01;
+
+/// How much more the tip of four triangles or fewer is held to the surface: regular ones would make a spike of it.
+const TIP: f64 = 10.0;
 
 /// How often a step is halved where it turns tiles over, before it is left out.
 const HALVINGS: usize = 4;
@@ -138,7 +141,15 @@ impl Shaper<'_> {
     }
 
     fn weight(&self, v: usize, closeness: f64) -> f64 {
-        if self.pattern.places[v] == Place::Free { closeness } else { ON_CURVE }
+        match self.pattern.places[v] {
+            Place::Free if self.tiles_at[v].len() <= 4 && self.is_tip(v) => TIP * closeness,
+            Place::Free => closeness,
+            _ => ON_CURVE * closeness,
+        }
+    }
+
+    fn is_tip(&self, v: usize) -> bool {
+        self.tiles_at[v].iter().all(|&t| self.pattern.tiles[t as usize].len() == 3)
     }
 
     /// Fixed vertices are no unknowns but rows of their own: x = place.
