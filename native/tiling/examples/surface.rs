@@ -5,6 +5,7 @@
 
 use mesh::{DVec3, Monitor, Topology, TriangleMesh, check};
 use std::error::Error;
+use std::fmt::Write;
 use std::path::Path;
 use surface::closest::ClosestPoint;
 use tiling::{Fill, Kind, SurfaceOptions, SurfaceTiling, tile_surface};
@@ -69,15 +70,18 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
         .filter(|&v| topology.is_border_vertex(v))
         .map(|v| rim.iter().map(|s| distance(mesh.positions[v as usize], *s)).fold(f64::INFINITY, f64::min))
         .fold(0.0, f64::max);
-    let turned = (0..mesh.face_count()).filter(|&f| is_turned(&mesh.face_points(f).collect::<Vec<_>>(), input, &surface)).count();
+    let turned = (0..mesh.face_count())
+        .filter(|&f| is_turned(&mesh.face_points(f).collect::<Vec<_>>(), input, &surface))
+        .count();
     let defects = check(mesh, &Monitor::new())?;
     let of_surface = check(&input.to_polygons(), &Monitor::new())?;
-    let mut remarks = format!(" used {:.3}, patches {} changed {}", result.edge_length, result.patches, result.changed_patches);
+    let mut remarks =
+        format!(" used {:.3}, patches {} changed {}", result.edge_length, result.patches, result.changed_patches);
     if !defects.manifold() {
         remarks += " NOT MANIFOLD";
     }
     if defects.euler != of_surface.euler {
-        remarks += &format!(" EULER {} was {}", defects.euler, of_surface.euler);
+        write!(remarks, " EULER {} was {}", defects.euler, of_surface.euler)?;
     }
     if result.defects.iter().map(|d| i64::from(d.1)).sum::<i64>() != 12 * defects.euler {
         remarks += " DEFECT SUM";
@@ -86,7 +90,7 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
         remarks += " BORDER LOOPS";
     }
     if !defects.self_intersecting_faces.is_empty() {
-        remarks += &format!(" {} faces intersect", defects.self_intersecting_faces.len());
+        write!(remarks, " {} faces intersect", defects.self_intersecting_faces.len())?;
     }
     let times: Vec<String> = result.stages.iter().map(|(stage, t)| format!("{stage} {:.2}", t.as_secs_f64())).collect();
     println!(

@@ -33,6 +33,7 @@ mod tile;
 mod tilings;
 mod value;
 
+pub use self::surface::{Fill, Panel, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
 pub use border::Conflict;
 pub use boundary::Boundary;
 pub use certificate::Certificate;
@@ -47,6 +48,5 @@ pub use plane::{Direction, Isometry, Point, Surd};
 pub use programme::tilings_by_programme;
 pub use repair::{Repair, repair};
 pub use rhombi::{WithRhombi, count_with_rhombi, tile_with_rhombi};
-pub use self::surface::{Fill, Panel, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
 pub use tile::{Configuration, Kind, Tile, Tiling};
 pub use tilings::{Refutation, Tilings, count_tilings, find_tiling, is_tileable, refute};

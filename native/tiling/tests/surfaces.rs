@@ -78,7 +78,8 @@ fn borders_lie_on_borders_and_corners_stay() {
         }
     }
     for corner in [low, high, DVec3::new(low.x, high.y, 0.0), DVec3::new(high.x, low.y, 0.0)] {
-        let near = mesh.positions.iter().map(|p| p.truncate().distance(corner.truncate())).fold(f64::INFINITY, f64::min);
+        let near =
+            mesh.positions.iter().map(|p| p.truncate().distance(corner.truncate())).fold(f64::INFINITY, f64::min);
         assert!(near < 1e-9, "no vertex at the corner {corner}");
     }
     // A flat panel is as large as its edges say.

@@ -7,7 +7,7 @@
 
 use super::SurfaceError;
 use super::curve::Curve;
-use mesh::{DVec3, Monitor, TriangleMesh, Topology, sorted};
+use mesh::{DVec3, Monitor, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 use surface::remesh::{RemeshOptions, remesh};
 use surface::resample::{Chain, ResampleError, resample_chains};
@@ -86,18 +86,10 @@ fn is_open_end(paths: &[Vec<u32>], curve: usize) -> bool {
 }
 
 /// The borders and marked edges as vertex paths between corners; loops without a corner start anywhere.
-fn curve_paths(
-    surface: &TriangleMesh,
-    marked: &[[u32; 2]],
-    corner_angle: f64,
-    step: f64,
-) -> Vec<Vec<u32>> {
+fn curve_paths(surface: &TriangleMesh, marked: &[[u32; 2]], corner_angle: f64, step: f64) -> Vec<Vec<u32>> {
     let topology = Topology::of_triangles(surface);
-    let mut edges: BTreeSet<[u32; 2]> = topology
-        .edges()
-        .filter(|&h| topology.is_border(h))
-        .map(|h| sorted(topology.from(h), topology.to(h)))
-        .collect();
+    let mut edges: BTreeSet<[u32; 2]> =
+        topology.edges().filter(|&h| topology.is_border(h)).map(|h| sorted(topology.from(h), topology.to(h))).collect();
     edges.extend(marked);
     let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for &[a, b] in &edges {
@@ -272,7 +264,10 @@ impl Coarse {
         }
         let apex = topology.from(topology.prev[h as usize]);
         let far = topology.from(topology.prev[twin as usize]);
-        if self.hard.keys().any(|e| e.contains(&far)) || topology.find(apex, far).is_some() || topology.find(far, apex).is_some() {
+        if self.hard.keys().any(|e| e.contains(&far))
+            || topology.find(apex, far).is_some()
+            || topology.find(far, apex).is_some()
+        {
             return None;
         }
         let turned = [[apex, a, far], [apex, far, b]];

@@ -11,7 +11,7 @@ use super::SurfaceError;
 use super::pattern::{Pattern, Place};
 use crate::plane::Point;
 use crate::random::Random;
-use crate::{Boundary, Options, Tilings, TilingError};
+use crate::{Boundary, Options, TilingError, Tilings};
 use mesh::{DVec3, Monitor};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -40,7 +40,9 @@ pub(super) fn refill(
     for _ in 0..SWEEPS {
         let mut tiles_at = vec![Vec::new(); pattern.positions.len()];
         for (t, tile) in pattern.tiles.iter().enumerate() {
-            tile.iter().for_each(|&v| tiles_at[v as usize].push(t as u32));
+            for &v in tile {
+                tiles_at[v as usize].push(t as u32);
+            }
         }
         let mut used: Vec<bool> = pattern
             .tiles
@@ -57,7 +59,9 @@ pub(super) fn refill(
             if patch.tiles.is_empty() {
                 continue;
             }
-            patch.tiles.iter().for_each(|&t| used[t as usize] = true);
+            for &t in &patch.tiles {
+                used[t as usize] = true;
+            }
             patches += 1;
             changed += usize::from(draw(pattern, &patch, &mut random, monitor)?);
         }
@@ -152,7 +156,9 @@ fn draw(pattern: &mut Pattern, patch: &Patch, random: &mut Random, monitor: &Mon
     let mut angle: BTreeMap<u32, u8> = BTreeMap::new();
     for &t in &patch.tiles {
         let tile = &pattern.tiles[t as usize];
-        tile.iter().for_each(|&v| *angle.entry(v).or_default() += if tile.len() == 3 { 2 } else { 3 });
+        for &v in tile {
+            *angle.entry(v).or_default() += if tile.len() == 3 { 2 } else { 3 };
+        }
     }
     let code: Vec<u8> = outline.iter().map(|v| angle[v]).collect();
     // An unfolded patch may still cross itself between its corners.
@@ -210,7 +216,8 @@ fn lift(pattern: &Pattern, patch: &Patch, p: Point) -> DVec3 {
         for k in 1..tile.len() - 1 {
             let corners = [tile[0], tile[k], tile[k + 1]];
             let [a, b, c] = corners.map(|v| patch.at[&v].position());
-            let cross = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+            let cross =
+                |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
             let whole = cross(a, b, c);
             let weights = [cross([x, y], b, c), cross(a, [x, y], c), cross(a, b, [x, y])].map(|w| w / whole);
             let least = weights.iter().copied().fold(f64::INFINITY, f64::min);

@@ -28,8 +28,8 @@ pub use panels::Panel;
 pub use shape::ShapeOptions;
 
 use input::Input;
+use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
 use pattern::Pattern;
-use mesh::{Cancelled, Monitor, PolygonMesh, TriangleMesh};
 use solve::SolveError;
 use std::time::{Duration, Instant};
 use surface::remesh::RemeshError;
@@ -37,7 +37,7 @@ use surface::resample::ResampleError;
 
 /// Step of the coarse triangulation in edges of the pattern: 1 + sqrt 3 inside; along a curve three edges, a little less
 /// since they are drawn on by the tiles beside.
-const STEP: f64 = 2.732_050_807_568_877_2;
+const STEP: f64 = 2.732_050_807_568_877;
 const CURVE_STEP: f64 = 2.85;
 
 /// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
@@ -61,7 +61,7 @@ pub struct SurfaceOptions {
 
 impl Default for SurfaceOptions {
     fn default() -> Self {
-        Self { 
+        Self {
             marked_edges: Vec::new(),
             feature_angle: 50f64.to_radians(),
             corner_angle: std::f64::consts::FRAC_PI_6,
@@ -138,6 +138,9 @@ pub enum SurfaceError {
     /// The coarse triangulation failed.
     #[error("the coarse triangulation failed: {0}")]
     Remesh(RemeshError),
+    /// The result is too large for a mesh.
+    #[error("the panels cannot be made a mesh: {0}")]
+    Mesh(#[from] MeshError),
     /// A linear system failed.
     #[error(transparent)]
     Solver(#[from] SolveError),
@@ -192,7 +195,8 @@ pub fn tile_surface(
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<SurfaceTiling, SurfaceError> {
-    let mut stages: Vec<(&'static str, Duration)> = ["check", "triangulate", "expand", "shape", "measure"].map(|s| (s, Duration::ZERO)).to_vec();
+    let mut stages: Vec<(&'static str, Duration)> =
+        ["check", "triangulate", "expand", "shape", "measure"].map(|s| (s, Duration::ZERO)).to_vec();
     let mut start = Instant::now();
     let mut lap = |stage: usize| {
         stages[stage].1 += start.elapsed();
@@ -201,14 +205,59 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
-    let mut refilled = (0, 0);
-    let mut best: Option<(f64, Pattern, Vec<u32>, (usize, usize))> = None;
+    let mut attempts = Vec::new();
     for fraction in SMALLER {
+        let attempt = Attempt::new(&input, fraction * edge_length, options, &mut lap, monitor)?;
+        let is_sound = attempt.turned.is_empty();
+        attempts.push(attempt);
+        if is_sound {
+            break;
+        }
+    }
+    // The largest panels among those with the fewest turned over.
+    let Some(best) = attempts.into_iter().min_by_key(|attempt| attempt.turned.len()) else {
+        return Err(SurfaceError::Empty);
+    };
+    let mesh = PolygonMesh::from_polygons(best.pattern.positions, &best.pattern.tiles)?;
+    let (defects, interior_vertices) = panels::defects(&mesh);
+    let panels = Panel::all(&mesh);
+    lap(4);
+    Ok(SurfaceTiling {
+        edge_length: best.edge_length,
+        patches: best.refilled.0,
+        changed_patches: best.refilled.1,
+        mesh,
+        panels,
+        turned: best.turned,
+        defects: defects.into_iter().collect(),
+        interior_vertices,
+        stages,
+    })
+}
+
+/// The surface tiled with one edge length.
+struct Attempt {
+    edge_length: f64,
+    pattern: Pattern,
+    turned: Vec<u32>,
+    /// Patches filled, and how many of them changed.
+    refilled: (usize, usize),
+}
+
+impl Attempt {
+    fn new(
+        input: &Input,
+        edge_length: f64,
+        options: &SurfaceOptions,
+        lap: &mut impl FnMut(usize),
+        monitor: &Monitor,
+    ) -> Result<Self, SurfaceError> {
         monitor.stage("triangulating", 0.0)?;
-        let steps = [STEP, CURVE_STEP].map(|step| step * edge_length * fraction);
+        let steps = [STEP, CURVE_STEP].map(|step| step * edge_length);
         let coarse = coarse::coarse(&input.mesh, &input.followed, options.corner_angle, steps, monitor)?;
         lap(1);
         let mut pattern = Pattern::expand(&coarse);
+        let mut refilled = (0, 0);
         if let Fill::Random { seed, patch_panels } = options.fill {
             monitor.stage("filling", 0.0)?;
             refilled = fill::refill(&mut pattern, patch_panels, seed, monitor)?;
@@ -216,27 +265,6 @@ pub fn tile_surface(
         lap(2);
         let turned = shape::shape(&input.mesh, &coarse, &mut pattern, options.shape, monitor)?;
         lap(3);
-        if best.as_ref().is_none_or(|(_, _, fewest, _)| turned.len() < fewest.len()) {
-            best = Some((fraction, pattern, turned, refilled));
-        }
-        if best.as_ref().is_some_and(|(_, _, turned, _)| turned.is_empty()) {
-            break;
-        }
+        Ok(Self { edge_length, pattern, turned, refilled })
     }
-    let (fraction, pattern, turned, refilled) = best.expect("one step at least was tried");
-    let mesh = PolygonMesh::from_polygons(pattern.positions, &pattern.tiles).expect("tiles name vertices of the pattern");
-    let (defects, interior_vertices) = panels::defects(&mesh);
-    let panels = Panel::all(&mesh);
-    lap(4);
-    Ok(SurfaceTiling {
-        edge_length: fraction * edge_length,
-        patches: refilled.0,
-        changed_patches: refilled.1,
-        mesh,
-        panels,
-        turned,
-        defects: defects.into_iter().collect(),
-        interior_vertices,
-        stages,
-    })
 }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// One face of the result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Triangle or square; a quad without four equal angles in the pattern is a rhombus.
+    /// Triangle or square: every surface has a tiling without rhombi here.
     pub kind: Kind,
     /// Distance between the diagonals over their mean length: 0 when flat.
     pub planarity: f64,
@@ -31,9 +31,10 @@ impl Panel {
                 }
                 let (first, second) = (p[2] - p[0], p[3] - p[1]);
                 let across = first.cross(second).normalize_or_zero();
-                let mean = (first.length() + second.length()) / 2.0;
+                let mean = f64::midpoint(first.length(), second.length());
                 let planarity = if mean > 0.0 { across.dot(p[1] - p[0]).abs() / mean } else { 0.0 };
-                let area = ((p[1] - p[0]).cross(p[2] - p[0]).length() + (p[2] - p[0]).cross(p[3] - p[0]).length()) / 2.0;
+                let half = |a: usize, b: usize| (p[a] - p[0]).cross(p[b] - p[0]).length() / 2.0;
+                let area = half(1, 2) + half(2, 3);
                 Self { kind: Kind::Square, planarity, area, edges }
             })
             .collect()
@@ -44,7 +45,8 @@ impl Panel {
 /// an interior vertex, 6 less those of a border vertex, a triangle's corner being 2 and a square's 3 (section 4.0.2 of the paper).
 pub(super) fn defects(mesh: &PolygonMesh) -> (BTreeMap<u32, i32>, usize) {
     let topology = Topology::of(mesh);
-    let mut defect: Vec<i32> = (0..mesh.vertex_count() as u32).map(|v| if topology.is_border_vertex(v) { 6 } else { 12 }).collect();
+    let mut defect: Vec<i32> =
+        (0..mesh.vertex_count() as u32).map(|v| if topology.is_border_vertex(v) { 6 } else { 12 }).collect();
     for face in mesh.faces() {
         for &v in face {
             defect[v as usize] -= if face.len() == 3 { 2 } else { 3 };

@@ -15,7 +15,7 @@ use mesh::{DVec3, Monitor, NONE, TriangleMesh};
 use solve::cholesky::Factor;
 use surface::closest::ClosestPoint;
 
-/// How much more a vertex is held to its curve than to the surface.
+/// Weight of a place on a curve against that of a tile, 1.
 const ON_CURVE: f64 = 8.0;
 
 /// Weight of a vertex's last place while it is put back on the surface every round.
@@ -99,8 +99,9 @@ pub(super) fn shape(
         }
     }
     // Borders end exactly on their curves, wherever no tile turns over by it.
-    let on_curves: Vec<DVec3> =
-        (0..count).map(|v| if pattern.places[v] == Place::Free { positions[v] } else { shaper.nearest(v, positions[v]) }).collect();
+    let on_curves: Vec<DVec3> = (0..count)
+        .map(|v| if pattern.places[v] == Place::Free { positions[v] } else { shaper.nearest(v, positions[v]) })
+        .collect();
     shaper.guarded(&mut positions, &on_curves);
     let turned = shaper.turned(&positions);
     pattern.positions = positions;
@@ -144,7 +145,7 @@ impl Shaper<'_> {
         match self.pattern.places[v] {
             Place::Free if self.tiles_at[v].len() <= 4 && self.is_tip(v) => TIP * closeness,
             Place::Free => closeness,
-            _ => ON_CURVE * closeness,
+            _ => ON_CURVE,
         }
     }
 
@@ -258,7 +259,8 @@ impl Shaper<'_> {
     /// The normal of the surface under a tile; its own where no vertex is known to be near the surface.
     fn up(&self, tile: &[u32], positions: &[DVec3]) -> DVec3 {
         let near = tile.iter().map(|&v| self.triangle[v as usize]).filter(|&t| t != NONE);
-        let up = near.map(|t| self.surface.area_normal(t as usize).normalize_or_zero()).sum::<DVec3>().normalize_or_zero();
+        let up =
+            near.map(|t| self.surface.area_normal(t as usize).normalize_or_zero()).sum::<DVec3>().normalize_or_zero();
         if up != DVec3::ZERO {
             return up;
         }
@@ -299,7 +301,8 @@ fn regular(tile: &[u32], positions: &[DVec3], edge: f64, up: Option<DVec3>) -> V
         b += turn(k).sin() * positions[v as usize];
     }
     let radius = edge / (2.0 * (std::f64::consts::PI / n).sin());
-    let polygon = |u: DVec3, w: DVec3| (0..tile.len()).map(|k| radius * (turn(k).cos() * u + turn(k).sin() * w)).collect();
+    let polygon =
+        |u: DVec3, w: DVec3| (0..tile.len()).map(|k| radius * (turn(k).cos() * u + turn(k).sin() * w)).collect();
     if let Some(up) = up {
         let along = a + b.cross(up);
         let u = (along - along.dot(up) * up).try_normalize().unwrap_or_else(|| up.any_orthonormal_vector());
