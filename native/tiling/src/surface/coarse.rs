@@ -15,6 +15,10 @@ use surface::resample::{Chain, ResampleError, resample_chains};
 /// Rounds of remeshing: irregular vertices become fewer up to about here.
 const ITERATIONS: u32 = 16;
 
+/// The first remeshing: its step as a fraction of the coarse one, and its rounds.
+const FINE_STEP: f64 = 0.45;
+const FINE_ITERATIONS: u32 = 5;
+
 /// A coarse vertex between curves with two triangles in a sector wider than this gets a third, radians.
 const WIDE_SECTOR: f64 = 2.2;
 
@@ -60,21 +64,31 @@ pub(super) fn coarse(
         }
     };
     let chain_edges: Vec<[u32; 2]> = resampled.chains.iter().flat_map(|c| c.windows(2).map(|w| [w[0], w[1]])).collect();
-    let size = vec![step; resampled.mesh.positions.len()];
-    let options = RemeshOptions { iterations: ITERATIONS, ..RemeshOptions::default() };
-    let remeshed = remesh(&resampled.mesh, &chain_edges, &size, &options, monitor)?;
+    // Finer first: the rows of a regular input would else survive, stretched one way.
+    let mut remeshed = resampled.mesh.clone();
+    let mut place: Vec<u32> = (0..resampled.mesh.positions.len() as u32).collect();
+    for (fraction, iterations) in [(FINE_STEP, FINE_ITERATIONS), (1.0, ITERATIONS)] {
+        let edges: Vec<[u32; 2]> = chain_edges.iter().map(|edge| edge.map(|v| place[v as usize])).collect();
+        let size = vec![fraction * step; remeshed.positions.len()];
+        let options = RemeshOptions { iterations, ..RemeshOptions::default() };
+        let next = remesh(&remeshed, &edges, &size, &options, monitor)?;
+        for v in place.iter_mut().filter(|v| **v != mesh::NONE) {
+            *v = next.vertex[*v as usize];
+        }
+        remeshed = next.mesh;
+    }
     let mut hard = BTreeMap::new();
     let mut ends = BTreeSet::new();
     for (curve, chain) in resampled.chains.iter().enumerate() {
         for w in chain.windows(2) {
-            hard.insert(sorted(remeshed.vertex[w[0] as usize], remeshed.vertex[w[1] as usize]), curve as u32);
+            hard.insert(sorted(place[w[0] as usize], place[w[1] as usize]), curve as u32);
         }
         if chain.first() != chain.last() || is_open_end(&paths, curve) {
-            ends.extend([chain[0], chain[chain.len() - 1]].map(|v| remeshed.vertex[v as usize]));
+            ends.extend([chain[0], chain[chain.len() - 1]].map(|v| place[v as usize]));
         }
     }
     let curves = paths.iter().map(|path| Curve::new(path.iter().map(|&v| surface.positions[v as usize]))).collect();
-    let mut coarse = Coarse { mesh: remeshed.mesh, hard, ends, passed: BTreeSet::new(), curves };
+    let mut coarse = Coarse { mesh: remeshed, hard, ends, passed: BTreeSet::new(), curves };
     coarse.open_narrow_sectors(monitor)?;
     Ok(coarse)
 }
