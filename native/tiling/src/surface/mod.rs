@@ -42,7 +42,7 @@ const CURVE_STEP: f64 = 2.85;
 
 /// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
 /// the panels, as on a tube of two panels around, smaller ones fit.
-const SMALLER: [f64; 9] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25];
+const SMALLER: [f64; 11] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12];
 
 /// What the caller may choose.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,7 +162,7 @@ pub struct SurfaceTiling {
     pub mesh: PolygonMesh,
     /// One a face.
     pub panels: Vec<Panel>,
-    /// Faces with a corner that faces away from the surface: none but where even quarter panels found no room.
+    /// Faces with a corner that faces away from the surface: none but where even panels of an eighth of the size found no room.
     pub turned: Vec<u32>,
     /// The edge length used: smaller than the one asked for where panels of that size turned over.
     pub edge_length: f64,
