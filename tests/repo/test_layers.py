@@ -20,7 +20,7 @@ MAY_USE = {
     "quadloom-quadrangulate": {"quadloom-mesh", "quadloom-solve", "quadloom-surface"},
     "quadloom-boolean": {"quadloom-mesh", "quadloom-solve", "quadloom-surface", "quadloom-quadrangulate"},
     "quadloom-retopology": {"quadloom-mesh", "quadloom-solve", "quadloom-surface", "quadloom-quadrangulate"},
-    "quadloom-tiling": {"quadloom-mesh", "quadloom-solve"},
+    "quadloom-tiling": {"quadloom-mesh", "quadloom-solve", "quadloom-surface"},
     "quadloom-python": {"quadloom-mesh", "quadloom-boolean", "quadloom-retopology", "quadloom-tiling"},
     "quadloom-testkit": {"quadloom-mesh"},
 }

@@ -1,7 +1,7 @@
 //! Tri-Quad Tiling: meshes of unit equilateral triangles and squares inside a given outline.
 //!
 //! Follows C.-H. Peng, H. Pottmann, P. Wonka, Designing Patterns using Triangle-Quad Hybrid Meshes, ACM TOG 37(4), 2018,
-//! parts 3 and 6; docs/papers.md maps its sections to files. Everything about tilings is
+//! parts 3, 4 and 6; docs/papers.md maps its sections to files. Everything about tilings is
 //! exact: only `fit`, whose curves are drawn, decides by rounded numbers.
 
 mod border;
@@ -27,11 +27,13 @@ mod random;
 mod region;
 mod repair;
 mod rhombi;
+mod surface;
 mod symmetry;
 mod tile;
 mod tilings;
 mod value;
 
+pub use self::surface::{Fill, Panel, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
 pub use border::Conflict;
 pub use boundary::Boundary;
 pub use certificate::Certificate;

@@ -1,0 +1,122 @@
+//! Tiles surfaces read from OBJ files and prints what came out.
+//!
+//! `cargo run --example surface -- OUT_FOLDER EDGE FILE.obj...`: EDGE is the edge length, or the wanted number of panels
+//! when it starts with `n`.
+
+use mesh::{DVec3, Monitor, Topology, TriangleMesh, check};
+use std::error::Error;
+use std::fmt::Write;
+use std::path::Path;
+use surface::closest::ClosestPoint;
+use tiling::{Fill, Kind, SurfaceOptions, SurfaceTiling, tile_surface};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [folder, edge, files @ ..] = arguments.as_slice() else {
+        return Err("usage: surface OUT_FOLDER EDGE|nPANELS FILE.obj...".into());
+    };
+    // RANDOM_SEED in the environment asks for patches filled at random.
+    let fill = match std::env::var("RANDOM_SEED") {
+        Ok(seed) => Fill::Random { seed: seed.parse()?, patch_panels: 40 },
+        Err(_) => Fill::Regular,
+    };
+    let options = SurfaceOptions { fill, ..SurfaceOptions::default() };
+    println!(
+        "{:24}{:>7}{:>7}{:>5}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>7}{:>6}  seconds",
+        "surface", "panels", "quads", "rh", "irreg%", "edge cv", "plan%", "max%", "close%", "border", "turned", "chi"
+    );
+    for file in files {
+        let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
+        let input = TriangleMesh::from_polygons(&testkit::obj::read(&std::fs::read_to_string(file)?)?).0;
+        let area: f64 = (0..input.triangles.len()).map(|t| input.area_normal(t).length() / 2.0).sum();
+        let edge_length = match edge.strip_prefix('n') {
+            // 11 tiles on a period of the lattice, 6.46 edges squared.
+            Some(panels) => (area / panels.parse::<f64>()? * 11.0 / 6.464).sqrt(),
+            None => edge.parse()?,
+        };
+        match tile_surface(&input, edge_length, &options, &Monitor::new()) {
+            Ok(result) => {
+                report(&name, &input, &result)?;
+                std::fs::write(Path::new(folder).join(format!("{name}.obj")), testkit::obj::write(&result.mesh))?;
+            }
+            Err(error) => println!("{name:24} {error}"),
+        }
+    }
+    Ok(())
+}
+
+fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<(), Box<dyn Error>> {
+    let mesh = &result.mesh;
+    let topology = Topology::of(mesh);
+    let lengths: Vec<f64> = topology
+        .edges()
+        .map(|h| mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize]))
+        .collect();
+    let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+    let spread = (lengths.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / lengths.len() as f64).sqrt() / mean;
+    let quads: Vec<f64> = result.panels.iter().filter(|p| p.kind != Kind::Triangle).map(|p| p.planarity).collect();
+    let rhombi = result.panels.iter().filter(|p| p.kind == Kind::Rhombus).count();
+    let planarity = quads.iter().sum::<f64>() / quads.len().max(1) as f64;
+    let surface = ClosestPoint::new(input);
+    let far = mesh.positions.iter().map(|&p| surface.project(p).distance).fold(0.0, f64::max);
+    let is_inner = |&&(v, _): &&(u32, i32)| !topology.is_border_vertex(v);
+    let irregular = result.defects.iter().filter(is_inner).count() as f64 / result.interior_vertices.max(1) as f64;
+    let of_input = Topology::of_triangles(input);
+    let rim: Vec<[DVec3; 2]> = (0..of_input.len() as u32)
+        .filter(|&h| of_input.is_border(h))
+        .map(|h| [of_input.from(h), of_input.to(h)].map(|v| input.positions[v as usize]))
+        .collect();
+    let off_rim = (0..mesh.vertex_count() as u32)
+        .filter(|&v| topology.is_border_vertex(v))
+        .map(|v| rim.iter().map(|s| distance(mesh.positions[v as usize], *s)).fold(f64::INFINITY, f64::min))
+        .fold(0.0, f64::max);
+    let turned = (0..mesh.face_count())
+        .filter(|&f| is_turned(&mesh.face_points(f).collect::<Vec<_>>(), input, &surface))
+        .count();
+    let defects = check(mesh, &Monitor::new())?;
+    let of_surface = check(&input.to_polygons(), &Monitor::new())?;
+    let mut remarks =
+        format!(" used {:.3}, patches {} changed {}", result.edge_length, result.patches, result.changed_patches);
+    if !defects.manifold() {
+        remarks += " NOT MANIFOLD";
+    }
+    if defects.euler != of_surface.euler {
+        write!(remarks, " EULER {} was {}", defects.euler, of_surface.euler)?;
+    }
+    if result.defects.iter().map(|d| i64::from(d.1)).sum::<i64>() != 12 * defects.euler {
+        remarks += " DEFECT SUM";
+    }
+    if topology.border_loops().len() != of_input.border_loops().len() {
+        remarks += " BORDER LOOPS";
+    }
+    if !defects.self_intersecting_faces.is_empty() {
+        write!(remarks, " {} faces intersect", defects.self_intersecting_faces.len())?;
+    }
+    let times: Vec<String> = result.stages.iter().map(|(stage, t)| format!("{stage} {:.2}", t.as_secs_f64())).collect();
+    println!(
+        "{name:24}{:>7}{:>7}{rhombi:>5}{:>8.1}{spread:>8.3}{:>8.2}{:>8.2}{:>8.2}{:>8.3}{turned:>7}{:>6}  {}{remarks}",
+        result.panels.len(),
+        quads.len(),
+        100.0 * irregular,
+        100.0 * planarity,
+        100.0 * quads.iter().copied().fold(0.0, f64::max),
+        100.0 * far / mesh.diagonal(),
+        off_rim / mean,
+        defects.euler,
+        times.join(", ")
+    );
+    Ok(())
+}
+
+fn distance(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+    let d = b - a;
+    p.distance(a + ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) * d)
+}
+
+/// A face with a corner that faces away from the surface below its middle.
+fn is_turned(p: &[DVec3], input: &TriangleMesh, surface: &ClosestPoint) -> bool {
+    let n = p.len();
+    let below = surface.project(p.iter().sum::<DVec3>() / n as f64);
+    let up = input.area_normal(below.triangle as usize);
+    (0..n).any(|k| (p[(k + 1) % n] - p[k]).cross(p[(k + n - 1) % n] - p[k]).dot(up) <= 0.0)
+}

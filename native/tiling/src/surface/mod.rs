@@ -1,0 +1,270 @@
+//! Tri-quad meshes on surfaces (section 4): any triangle mesh becomes triangles and squares of one edge length.
+//!
+//! **The construction, and why it always ends.** The paper partitions the surface recursively until every patch has total
+//! interior defect zero, solves for side lengths, and tiles each patch; a partition may be missed, lengths may have no
+//! solution and a patch no tiling. Here the order is turned round. A coarse triangulation with steps of 1 + sqrt 3 edges
+//! exists for every surface and every edge length ([`coarse`]); its expansion ([`pattern`]) is a patch graph in the sense
+//! of section 4.1 whose patches all admit tilings, because they come with one. Nothing can fail but the input.
+//!
+//! **Why it is regular.** Every vertex but those of the triangulation has angle defect zero by construction; of the coarse
+//! vertices those with six triangles have. A remeshed surface has about a third of its vertices irregular, so less than a
+//! twentieth of the pattern's are.
+//!
+//! Stages: `curve` and `coarse` (borders and marked edges at equal steps, triangulation between), `pattern` (tiles by
+//! index, so borders of patches are shared without stitching), `fill` (4.2.2: other tilings of the same surface), `shape` (4.2.4), `panels` (what a schedule needs).
+//!
+//! Deviations: no Algorithm 1 and no problem (11) yet; defects sit at vertices of the triangulation, where the paper's sit
+//! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
+
+mod coarse;
+mod curve;
+mod fill;
+mod input;
+mod panels;
+mod pattern;
+mod shape;
+
+pub use panels::Panel;
+pub use shape::ShapeOptions;
+
+use input::Input;
+use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
+use pattern::Pattern;
+use solve::SolveError;
+use std::time::{Duration, Instant};
+use surface::remesh::RemeshError;
+use surface::resample::ResampleError;
+
+/// Step of the coarse triangulation in edges of the pattern: 1 + sqrt 3 inside; along a curve three edges, a little less
+/// since they are drawn on by the tiles beside.
+const STEP: f64 = 2.732_050_807_568_877;
+const CURVE_STEP: f64 = 2.85;
+
+/// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
+/// the panels, as on a tube of two panels around, smaller ones fit.
+const SMALLER: [f64; 11] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12];
+
+/// What the caller may choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceOptions {
+    /// Edges of the input that edges of the result must follow, as vertex pairs. Default none. Borders always are.
+    pub marked_edges: Vec<[u32; 2]>,
+    /// Edges at which the surface turns by more than this are followed too, radians, 0 to pi. Default 50 degrees; pi for none.
+    pub feature_angle: f64,
+    /// A border or marked line that turns by more than this keeps a vertex there, radians, 0 to pi. Default 30 degrees.
+    pub corner_angle: f64,
+    /// Which of the many tilings of the surface.
+    pub fill: Fill,
+    /// How the mesh is shaped.
+    pub shape: ShapeOptions,
+}
+
+impl Default for SurfaceOptions {
+    fn default() -> Self {
+        Self {
+            marked_edges: Vec::new(),
+            feature_angle: 50f64.to_radians(),
+            corner_angle: std::f64::consts::FRAC_PI_6,
+            fill: Fill::Regular,
+            shape: ShapeOptions::default(),
+        }
+    }
+}
+
+/// Choice of tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fill {
+    /// Hexagons of triangles between squares, as periodic as the surface allows.
+    Regular,
+    /// Patches filled at random by the plane solver, all tilings of a patch equally likely.
+    Random {
+        /// The same seed gives the same tiles.
+        seed: u64,
+        /// Most panels of a patch: with more of them, fewer traces of the regular pattern, and more time. 40 is a good number;
+        /// 12 the least that can change.
+        patch_panels: usize,
+    },
+}
+
+/// Why a surface cannot be tiled.
+#[derive(Debug, thiserror::Error)]
+pub enum SurfaceError {
+    /// The input is no oriented manifold.
+    #[error(
+        "the surface is not an oriented manifold: {} edges of three or more faces, {} edges between faces of opposite direction, {} \
+         vertices that are no numbers, {} degenerate faces; merge by distance, split what touches, recalculate normals",
+        edges.len(), misoriented.len(), nonfinite.len(), faces.len()
+    )]
+    NotManifold {
+        /// Edges of more than two triangles.
+        edges: Vec<[u32; 2]>,
+        /// Edges whose two triangles run the same way.
+        misoriented: Vec<[u32; 2]>,
+        /// Vertices without a finite position.
+        nonfinite: Vec<u32>,
+        /// Triangles that name a vertex twice.
+        faces: Vec<u32>,
+    },
+    /// There is nothing to tile.
+    #[error("the surface has no triangles; give it at least one")]
+    Empty,
+    /// The edge length cannot be used.
+    #[error("the edge length {edge_length} is not a positive number; the surface measures {diagonal} across")]
+    EdgeLength {
+        /// As given.
+        edge_length: f64,
+        /// Diagonal of the surface's box.
+        diagonal: f64,
+    },
+    /// The edge length asks for more panels than can be made.
+    #[error("an edge length of {edge_length} makes about {panels:.0} panels; use more than {least}")]
+    TooMany {
+        /// As given.
+        edge_length: f64,
+        /// About as many panels.
+        panels: f64,
+        /// The least edge length allowed.
+        least: f64,
+    },
+    /// A marked edge is not one.
+    #[error("marked edge {index} is no edge of the surface; name two joined vertices")]
+    NoSuchEdge {
+        /// Index into the marked edges.
+        index: usize,
+    },
+    /// Borders and marked edges cannot be divided.
+    #[error("borders and marked edges cannot be divided: {0}")]
+    Curves(ResampleError),
+    /// The coarse triangulation failed.
+    #[error("the coarse triangulation failed: {0}")]
+    Remesh(RemeshError),
+    /// The result is too large for a mesh.
+    #[error("the panels cannot be made a mesh: {0}")]
+    Mesh(#[from] MeshError),
+    /// A linear system failed.
+    #[error(transparent)]
+    Solver(#[from] SolveError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<RemeshError> for SurfaceError {
+    fn from(error: RemeshError) -> Self {
+        if let RemeshError::Cancelled(cancelled) = error { cancelled.into() } else { Self::Remesh(error) }
+    }
+}
+
+/// A surface in triangles and quads.
+#[derive(Debug, Clone)]
+pub struct SurfaceTiling {
+    /// The mesh: its faces are the panels.
+    pub mesh: PolygonMesh,
+    /// One a face.
+    pub panels: Vec<Panel>,
+    /// Faces with a corner that faces away from the surface: none but where even panels of an eighth of the size found no room.
+    pub turned: Vec<u32>,
+    /// The edge length used: smaller than the one asked for where panels of that size turned over.
+    pub edge_length: f64,
+    /// Vertices whose combinatorial angle defect is not zero, and the defect in units of 30 degrees; over all vertices it
+    /// sums to 12 times the Euler characteristic.
+    pub defects: Vec<(u32, i32)>,
+    /// Vertices off the border.
+    pub interior_vertices: usize,
+    /// Patches that the plane solver filled, over all sweeps; none with [`Fill::Regular`].
+    pub patches: usize,
+    /// Those of them that got another tiling.
+    pub changed_patches: usize,
+    /// Seconds by stage, in order.
+    pub stages: Vec<(&'static str, Duration)>,
+}
+
+/// Covers a surface by triangles and quads whose edges are about `edge_length` long, in scene units.
+///
+/// The surface is any oriented manifold triangle mesh, of any genus, with any borders, in any number of pieces; so is the
+/// result, with the same topology, its border vertices on the borders. Costs O(n log n) for input and output.
+///
+/// # Errors
+/// [`SurfaceError`], naming the elements to look at; only for unusable input, and when cancelled.
+///
+/// # Source
+/// Peng et al. 2018, section 4; the construction is described at the head of this file.
+pub fn tile_surface(
+    surface: &TriangleMesh,
+    edge_length: f64,
+    options: &SurfaceOptions,
+    monitor: &Monitor,
+) -> Result<SurfaceTiling, SurfaceError> {
+    let mut stages: Vec<(&'static str, Duration)> =
+        ["check", "triangulate", "expand", "shape", "measure"].map(|s| (s, Duration::ZERO)).to_vec();
+    let mut start = Instant::now();
+    let mut lap = |stage: usize| {
+        stages[stage].1 += start.elapsed();
+        start = Instant::now();
+    };
+    monitor.stage("checking", 0.0)?;
+    let input = Input::new(surface, edge_length, options, monitor)?;
+    lap(0);
+    let mut attempts = Vec::new();
+    for fraction in SMALLER {
+        let attempt = Attempt::new(&input, fraction * edge_length, options, &mut lap, monitor)?;
+        let is_sound = attempt.turned.is_empty();
+        attempts.push(attempt);
+        if is_sound {
+            break;
+        }
+    }
+    // The largest panels among those with the fewest turned over.
+    let Some(best) = attempts.into_iter().min_by_key(|attempt| attempt.turned.len()) else {
+        return Err(SurfaceError::Empty);
+    };
+    let mesh = PolygonMesh::from_polygons(best.pattern.positions, &best.pattern.tiles)?;
+    let (defects, interior_vertices) = panels::defects(&mesh);
+    let panels = Panel::all(&mesh);
+    lap(4);
+    Ok(SurfaceTiling {
+        edge_length: best.edge_length,
+        patches: best.refilled.0,
+        changed_patches: best.refilled.1,
+        mesh,
+        panels,
+        turned: best.turned,
+        defects: defects.into_iter().collect(),
+        interior_vertices,
+        stages,
+    })
+}
+
+/// The surface tiled with one edge length.
+struct Attempt {
+    edge_length: f64,
+    pattern: Pattern,
+    turned: Vec<u32>,
+    /// Patches filled, and how many of them changed.
+    refilled: (usize, usize),
+}
+
+impl Attempt {
+    fn new(
+        input: &Input,
+        edge_length: f64,
+        options: &SurfaceOptions,
+        lap: &mut impl FnMut(usize),
+        monitor: &Monitor,
+    ) -> Result<Self, SurfaceError> {
+        monitor.stage("triangulating", 0.0)?;
+        let steps = [STEP, CURVE_STEP].map(|step| step * edge_length);
+        let coarse = coarse::coarse(&input.mesh, &input.followed, options.corner_angle, steps, monitor)?;
+        lap(1);
+        let mut pattern = Pattern::expand(&coarse);
+        let mut refilled = (0, 0);
+        if let Fill::Random { seed, patch_panels } = options.fill {
+            monitor.stage("filling", 0.0)?;
+            refilled = fill::refill(&mut pattern, patch_panels, seed, monitor)?;
+        }
+        lap(2);
+        let turned = shape::shape(&input.mesh, &coarse, &mut pattern, options.shape, monitor)?;
+        lap(3);
+        Ok(Self { edge_length, pattern, turned, refilled })
+    }
+}

@@ -1,0 +1,146 @@
+//! Surfaces in triangles and quads, judged from outside: topology by counting, angles by adding, shape by measuring.
+
+use mesh::{DVec3, Monitor, PolygonMesh, TriangleMesh};
+use std::collections::BTreeMap;
+use testkit::{oracle, shapes};
+use tiling::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+
+fn tiled(mesh: &PolygonMesh, edge_length: f64) -> SurfaceTiling {
+    let surface = TriangleMesh::from_polygons(mesh).0;
+    tile_surface(&surface, edge_length, &SurfaceOptions::default(), &Monitor::new()).expect("a sound surface")
+}
+
+/// How many faces use each edge, from either side.
+fn uses(mesh: &PolygonMesh) -> BTreeMap<[u32; 2], [usize; 2]> {
+    let mut uses = BTreeMap::<[u32; 2], [usize; 2]>::new();
+    for face in mesh.faces() {
+        for k in 0..face.len() {
+            let (a, b) = (face[k], face[(k + 1) % face.len()]);
+            uses.entry([a.min(b), a.max(b)]).or_default()[usize::from(a > b)] += 1;
+        }
+    }
+    uses
+}
+
+/// Angle defects, in units of 30 degrees, that sum to 12 times the Euler characteristic.
+fn defect_sum(mesh: &PolygonMesh) -> i64 {
+    let on_border: std::collections::BTreeSet<u32> =
+        uses(mesh).into_iter().filter(|(_, n)| n[0] + n[1] == 1).flat_map(|(edge, _)| edge).collect();
+    let corners: i64 = mesh.faces().map(|face| if face.len() == 3 { 6 } else { 12 }).sum();
+    12 * mesh.vertex_count() as i64 - 6 * on_border.len() as i64 - corners
+}
+
+fn assert_sound(name: &str, input: &PolygonMesh, edge_length: f64) -> SurfaceTiling {
+    let result = tiled(input, edge_length);
+    let mesh = &result.mesh;
+    assert!(mesh.faces().all(|face| face.len() == 3 || face.len() == 4), "{name}: panels have three or four corners");
+    assert!(uses(mesh).values().all(|n| n[0] <= 1 && n[1] <= 1), "{name}: an edge twice in one direction");
+    assert_eq!(oracle::euler(mesh), oracle::euler(input), "{name}: Euler characteristic");
+    assert_eq!(oracle::components(mesh), oracle::components(input), "{name}: components");
+    assert_eq!(defect_sum(mesh), 12 * oracle::euler(input), "{name}: angle defects");
+    let listed: i64 = result.defects.iter().map(|&(_, defect)| i64::from(defect)).sum();
+    assert_eq!(listed, 12 * oracle::euler(input), "{name}: listed defects");
+    assert!(result.turned.is_empty(), "{name}: panels {:?} turned over", result.turned);
+    result
+}
+
+#[test]
+fn closed_surfaces_of_any_step_stay_closed() {
+    for edge_length in [0.08, 0.3, 2.0] {
+        assert_sound("sphere", &shapes::sphere(8), edge_length);
+        assert_sound("box", &shapes::cuboid(DVec3::ONE, 4), edge_length);
+    }
+    let torus = shapes::torus(2.0, 0.7, 48, 20);
+    for edge_length in [0.2, 0.5] {
+        let result = assert_sound("torus", &torus, edge_length);
+        assert!(oracle::closed_manifold(&result.mesh).is_ok());
+    }
+}
+
+#[test]
+fn a_torus_too_thin_for_its_panels_gets_smaller_ones() {
+    let result = assert_sound("thin torus", &shapes::torus(2.0, 0.3, 48, 12), 0.6);
+    assert!(result.edge_length < 0.6);
+}
+
+#[test]
+fn borders_lie_on_borders_and_corners_stay() {
+    let sheet = shapes::sheet(9, 6);
+    let low = sheet.positions.iter().fold(DVec3::INFINITY, |l, &p| l.min(p));
+    let high = sheet.positions.iter().fold(DVec3::NEG_INFINITY, |h, &p| h.max(p));
+    let edge_length = (high - low).max_element() / 20.0;
+    let result = assert_sound("sheet", &sheet, edge_length);
+    let mesh = &result.mesh;
+    let is_on_rim = |p: DVec3| (p.x - low.x).min(high.x - p.x).min(p.y - low.y).min(high.y - p.y).abs() < 1e-9;
+    for (edge, n) in uses(mesh) {
+        if n[0] + n[1] == 1 {
+            assert!(edge.iter().all(|&v| is_on_rim(mesh.positions[v as usize])), "edge {edge:?} off the rim");
+        }
+    }
+    for corner in [low, high, DVec3::new(low.x, high.y, 0.0), DVec3::new(high.x, low.y, 0.0)] {
+        let near =
+            mesh.positions.iter().map(|p| p.truncate().distance(corner.truncate())).fold(f64::INFINITY, f64::min);
+        assert!(near < 1e-9, "no vertex at the corner {corner}");
+    }
+    // A flat panel is as large as its edges say.
+    let area: f64 = result.panels.iter().map(|panel| panel.area).sum();
+    assert!((area - (high - low).x * (high - low).y).abs() < 1e-6 * area, "the panels cover {area}");
+}
+
+#[test]
+fn most_vertices_are_regular_and_most_edges_alike() {
+    let result = assert_sound("sphere", &shapes::sphere(16), 0.12);
+    let irregular = result.defects.len() as f64 / result.interior_vertices as f64;
+    assert!(irregular < 0.08, "{irregular} of the vertices are irregular");
+    let lengths: Vec<f64> = result.panels.iter().flat_map(|panel| panel.edges.iter().copied()).collect();
+    let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+    let spread = (lengths.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / lengths.len() as f64).sqrt() / mean;
+    assert!(spread < 0.12, "edge lengths vary by {spread}");
+    assert!((mean / 0.12 - 1.0).abs() < 0.1, "edges of {mean}");
+}
+
+#[test]
+fn the_same_call_gives_the_same_mesh() {
+    let torus = shapes::torus(2.0, 0.7, 30, 12);
+    assert_eq!(tiled(&torus, 0.4).mesh, tiled(&torus, 0.4).mesh);
+}
+
+#[test]
+fn unusable_input_is_named() {
+    let surface = TriangleMesh::from_polygons(&shapes::sphere(4)).0;
+    let call = |surface: &TriangleMesh, edge: f64, options: &SurfaceOptions| {
+        tile_surface(surface, edge, options, &Monitor::new()).expect_err("unusable")
+    };
+    let options = SurfaceOptions::default();
+    assert!(matches!(call(&surface, f64::NAN, &options), SurfaceError::EdgeLength { .. }));
+    assert!(matches!(call(&surface, 1e-9, &options), SurfaceError::TooMany { .. }));
+    let marked = SurfaceOptions { marked_edges: vec![[0, 0]], ..options.clone() };
+    assert!(matches!(call(&surface, 0.3, &marked), SurfaceError::NoSuchEdge { index: 0 }));
+    let mut doubled = surface.clone();
+    doubled.triangles.push(doubled.triangles[0]);
+    assert!(matches!(call(&doubled, 0.3, &options), SurfaceError::NotManifold { .. }));
+    let empty = TriangleMesh { positions: Vec::new(), triangles: Vec::new() };
+    assert!(matches!(call(&empty, 0.3, &options), SurfaceError::Empty));
+}
+
+#[test]
+fn random_patches_keep_what_is_regular_and_differ_by_seed() {
+    let sphere = shapes::sphere(12);
+    let surface = TriangleMesh::from_polygons(&sphere).0;
+    let with = |fill: Fill| {
+        let options = SurfaceOptions { fill, ..SurfaceOptions::default() };
+        tile_surface(&surface, 0.15, &options, &Monitor::new()).expect("a sphere")
+    };
+    let regular = with(Fill::Regular);
+    let [first, second] = [1, 2].map(|seed| with(Fill::Random { seed, patch_panels: 40 }));
+    for random in [&first, &second] {
+        assert!(random.changed_patches > 0 && random.patches >= random.changed_patches);
+        assert_eq!(random.defects, regular.defects);
+        assert_eq!(random.mesh.face_count(), regular.mesh.face_count());
+        assert!(oracle::closed_manifold(&random.mesh).is_ok());
+        assert!(random.turned.is_empty());
+    }
+    let corners = |tiling: &SurfaceTiling| tiling.mesh.corner_verts().to_vec();
+    assert_ne!(corners(&first), corners(&regular));
+    assert_ne!(corners(&first), corners(&second));
+}
