@@ -15,8 +15,7 @@ const AROUND: u32 = 200;
 const ACROSS: u32 = 100;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mesh, _) =
-        TriangleMesh::from_polygons(&shapes::triangulated(&shapes::torus(2.0, 0.8, AROUND, ACROSS)));
+    let (mesh, _) = TriangleMesh::from_polygons(&shapes::triangulated(&shapes::torus(2.0, 0.8, AROUND, ACROSS)));
     let at = |i: u32, j: u32| (i % AROUND) * ACROSS + j % ACROSS;
     let curve = |i: u32, j: u32| Features {
         edges: (0..8).map(|k| [at(i + k, j), at(i + k + 1, j)]).collect(),

@@ -1,6 +1,7 @@
 //! From a base triangulation to quads: sections 5 and 6 in one call.
 
 use crate::base::Base;
+use crate::build::edge_for_faces;
 use crate::curvature;
 use crate::density::{self, Size};
 use crate::error::LayoutError;
@@ -21,6 +22,10 @@ use std::time::Instant;
 use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::Reference;
 
+/// The least distance that edges may leave the surface by, in mean edge lengths. With 0.004 of the diagonal whatever the
+/// edges, 500 quads of Spot had a mean angle deviation of 25 degrees; with this, 10; unbounded, 9.
+pub const LEAST_CHORD_ERROR: f64 = 0.6;
+
 /// How quads are made.
 #[derive(Debug, Clone)]
 pub struct LayoutOptions {
@@ -30,7 +35,8 @@ pub struct LayoutOptions {
     pub density: Vec<f64>,
     /// How far edges may leave the surface for its curvature, fraction of the bounding-box diagonal: they are made shorter where it
     /// is bent, and longer elsewhere. What still sticks out further, a tip for
-    /// instance, gets a vertex of its own. Above 0; infinite for even sizes. Default 0.004.
+    /// instance, gets a vertex of its own. Never less than [`LEAST_CHORD_ERROR`] of the mean edge: few quads cannot follow
+    /// everything, and shape comes first. Above 0; infinite for even sizes. Default 0.004.
     pub chord_error: f64,
     /// How base triangles are merged. Default: [`Pairing::Programme`].
     pub pairing: Pairing,
@@ -154,8 +160,13 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     let painted = density::spread(base, &options.density)?;
     let mut size = painted.clone();
     let diagonal = base.surface.to_polygons().diagonal();
+    let mean_edge = match options.size {
+        Size::TargetFaces(faces) => edge_for_faces(&base.surface, faces),
+        Size::EdgeLength(length) => length,
+    };
+    let error = (options.chord_error * diagonal).max(LEAST_CHORD_ERROR * mean_edge);
     if options.chord_error.is_finite() {
-        curvature::bound(base, &measures, options.chord_error * diagonal, options.size, &mut size);
+        curvature::bound(base, &measures, error, options.size, &mut size);
     }
     let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
     let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
@@ -198,7 +209,6 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     let lengths: Vec<f64> = work.sizes(&painted).into_iter().map(|size| size * counts.edge_length).collect();
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
     // The maps reach every tip, the pull slips off: so before it too.
-    let error = options.chord_error * diagonal;
     let mut reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
     work.optimise(&lengths, options.rounds, &smooth, monitor)?;
     for _ in 0..REACHING_ROUNDS {
