@@ -541,7 +541,7 @@ mod tests {
     #[test]
     fn cancel_is_heard_while_highs_runs() {
         let mut programme = Programme::new();
-        hard(&mut programme, 80);
+        hard(&mut programme, 240);
         let options = Options { max_nodes: u32::MAX, time_limit: Duration::from_secs(3), ..Options::default() };
         let begin = Instant::now();
         let cancel = Duration::from_millis(150);
@@ -553,8 +553,8 @@ mod tests {
     #[test]
     fn a_time_limit_is_reported() {
         let mut programme = Programme::new();
-        let start = hard(&mut programme, 80);
-        let options = Options { max_nodes: u32::MAX, time_limit: Duration::from_millis(300), ..Options::default() };
+        let start = hard(&mut programme, 240);
+        let options = Options { max_nodes: u32::MAX, time_limit: Duration::from_millis(100), ..Options::default() };
         assert_eq!(programme.solve(&options, Some(&start), &never).unwrap().stop, Stop::Time);
     }
 
