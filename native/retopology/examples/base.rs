@@ -88,16 +88,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn read_edges(file: &Path) -> Result<Features, Box<dyn std::error::Error>> {
-    let mut edges = Vec::new();
-    if file.exists() {
-        for line in std::fs::read_to_string(file)?.lines() {
-            let numbers: Vec<u32> = line.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
-            // The first line is the count.
-            if let &[a, b] = &numbers[..] {
-                edges.push([a, b]);
-            }
-        }
-    }
+    let edges = if file.exists() { testkit::obj::read_edges(&std::fs::read_to_string(file)?)? } else { vec![] };
     Ok(Features { edges, vertices: vec![] })
 }
 

@@ -94,16 +94,7 @@ fn run(name: &str, base: &Base, seconds: f64, options: &LayoutOptions, out: Opti
 }
 
 fn read_edges(file: &Path) -> Result<Features, Failure> {
-    let mut edges = Vec::new();
-    if file.exists() {
-        for line in std::fs::read_to_string(file)?.lines() {
-            let numbers: Vec<u32> = line.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
-            // The first line is the count.
-            if let &[a, b] = &numbers[..] {
-                edges.push([a, b]);
-            }
-        }
-    }
+    let edges = if file.exists() { obj::read_edges(&std::fs::read_to_string(file)?)? } else { vec![] };
     Ok(Features { edges, vertices: vec![] })
 }
 

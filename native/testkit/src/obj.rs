@@ -48,6 +48,16 @@ pub fn write(mesh: &PolygonMesh) -> String {
     text
 }
 
+/// Reads marked edges: vertex pairs, `i j` a line; a line of another length, such as a count, is passed over.
+///
+/// # Errors
+/// A word that is no number.
+pub fn read_edges(text: &str) -> Result<Vec<[u32; 2]>, std::num::ParseIntError> {
+    let numbers = |line: &str| line.split_whitespace().map(str::parse).collect::<Result<Vec<u32>, _>>();
+    let rows = text.lines().map(numbers).collect::<Result<Vec<_>, _>>()?;
+    Ok(rows.into_iter().filter_map(|row| <[u32; 2]>::try_from(row).ok()).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
