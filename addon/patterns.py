@@ -293,7 +293,7 @@ def _symmetric_fit(request: Request, progress: native.Progress | None) -> _Place
         # Mirror axes of the plane's tiling lie 15 degrees apart: some of these keep the outline's. All keep its rotations.
         rotations = [base + k * STEP / ROTATIONS for base in (0.0, principal) for k in range(ROTATIONS)]
     for growth in GROWTHS:
-        fits = [_fit(request, progress, growth=growth, rotation=rotation, tries=1) for rotation in rotations]
+        fits = [_fit(request, progress, growth=growth, rotation=rotation, tries=1, loops=0) for rotation in rotations]
         order = [symmetry.outline_order(fit.code) for fit in fits]
         if max(order) > 1:
             return min((fit for fit, n in zip(fits, order, strict=True) if n == max(order)), key=lambda fit: fit.distance)

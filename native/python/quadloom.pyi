@@ -489,6 +489,7 @@ def fit_boundary(
     rotation: float | None = None,
     tries: int = 96,
     seed: int = 0,
+    loops: int = 4000,
     progress: _Progress | None = None,
 ) -> Fit:
     """The outline of a region near a closed curve that triangles and squares can tile.
@@ -498,6 +499,7 @@ def fit_boundary(
     rotation: angle between the x axis and the edges, up to multiples of 30 degrees; radians, None takes the best found.
     tries: placements tried, 1 to 100000.
     seed: another one tries others.
+    loops: looked at in the search for a nearer outline, 0 to 1000000; 0 keeps the symmetry of the one found first.
 
     Raises QuadloomError for a curve that is too small for a tile or longer than 1000 edges. The outline keeps within about
     0.7 edge lengths of the curve."""

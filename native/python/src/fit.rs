@@ -40,12 +40,14 @@ struct Fit {
 /// rotation: angle between the x axis and the edges, up to multiples of 30 degrees; radians, None takes the best found.
 /// tries: placements tried, 1 to 100000.
 /// seed: another one tries others.
+/// loops: looked at in the search for a nearer outline, 0 to 1000000; 0 keeps the symmetry of the one found first.
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
 /// Raises `QuadloomError` for a curve that is too small for a tile or longer than 1000 edges, and `Cancelled`. The outline
-/// keeps within about 0.7 edge lengths of the curve. Time grows with tries, the area in tiles and the number of points.
+/// keeps within about 0.7 edge lengths of the curve. Time grows with tries, the area in tiles, loops and the number of
+/// points.
 #[pyfunction]
-#[pyo3(signature = (points, edge_length, *, rotation = None, tries = 96, seed = 0, progress = None))]
+#[pyo3(signature = (points, edge_length, *, rotation = None, tries = 96, seed = 0, loops = 4000, progress = None))]
 // One Python keyword each: the signature is the interface.
 #[allow(clippy::too_many_arguments)]
 fn fit_boundary(
@@ -55,10 +57,11 @@ fn fit_boundary(
     rotation: Option<f64>,
     tries: usize,
     seed: u64,
+    loops: usize,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Fit> {
     let curve = arrays::plane_points(points, "points").map_err(|sentence| bad_option(py, sentence))?;
-    let options = FitOptions { rotation, tries, seed };
+    let options = FitOptions { rotation, tries, seed, loops };
     let fit = run(py, progress, move |monitor| ::tiling::fit_boundary(&curve, edge_length, &options, monitor))?;
     let positions = arrays::rows(py, &fit.positions())?.unbind();
     Ok(Fit {

@@ -4,6 +4,7 @@
 //! parts 3, 4 and 6; docs/papers.md maps its sections to files. Everything about tilings is
 //! exact: only `fit`, whose curves are drawn, decides by rounded numbers.
 
+mod approach;
 mod border;
 mod boundary;
 mod certificate;
