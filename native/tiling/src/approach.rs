@@ -13,7 +13,7 @@
 use crate::TilingError;
 use crate::boundary::Boundary;
 use crate::certificate::Certificate;
-use crate::fit::{Position, signed_distance};
+use crate::drawn::{Position, signed_distance};
 use crate::options::Options;
 use crate::plane::{Direction, Point};
 use crate::tile::Tiling;

@@ -9,22 +9,22 @@
 use crate::TilingError;
 use crate::approach::{Loop, approach};
 use crate::boundary::Boundary;
+use crate::drawn::{Position, contains, distance, greatest_distance, mean_square, middle, segments, to_curve};
 use crate::inflate::plane_tiling;
 use crate::plane::{Direction, Isometry, Point};
 use crate::random::Random;
 use crate::tile::{Tile, Tiling};
 use mesh::{Cancelled, Monitor};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::FRAC_PI_6;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Placements tried with each tiling: tilings are dear, placements cheap.
 const PLACEMENTS: usize = 12;
 
 /// How far a placement may shift a tiling along each axis, in edges.
 const SHIFT: f64 = 4.0;
-
-/// A point of the drawn curve's plane.
-pub(crate) type Position = [f64; 2];
 
 /// Options of [`fit_boundary`]. `Default` gives the recommended values.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,37 +134,24 @@ pub fn fit_boundary(
     }
     let middle = middle(curve);
     let radius = curve.iter().map(|&p| distance(p, middle)).fold(0.0, f64::max) / edge_length;
+    let drawn = Drawn { curve, middle, radius, edge_length, options };
+    monitor.stage("fit", 0.0)?;
+    // A seed for each tiling, so that they can be made side by side.
     let mut random = Random::new(options.seed);
-    let mut best: Option<(f64, Placement, Loop, Tiling)> = None;
-    let mut patch = Patch::new(&[], monitor)?;
-    for attempt in 0..options.tries {
-        monitor.stage("fit", attempt as f64 / options.tries as f64)?;
-        if attempt % PLACEMENTS == 0 {
-            // The first is symmetric about its middle, for the sake of symmetric curves.
-            let random = (attempt > 0).then_some(&mut random);
-            let tiling = plane_tiling(radius + SHIFT * std::f64::consts::SQRT_2 + 2.0, random, monitor)?;
-            patch = Patch::new(&tiling, monitor)?;
-        }
-        let centred = attempt < PLACEMENTS;
-        let searched = if centred { attempt as f64 / PLACEMENTS as f64 } else { random.unit() };
-        let rotation = options.rotation.unwrap_or(searched * FRAC_PI_6);
-        let mut shift = || if centred { 0.0 } else { SHIFT * (2.0 * random.unit() - 1.0) };
-        let place = Placement { origin: [0.0; 2], rotation, edge_length };
-        let origin = place.out([shift(), shift()]);
-        let place = Placement { origin: [middle[0] + origin[0], middle[1] + origin[1]], ..place };
-        let local: Vec<Position> = curve.iter().map(|&p| place.back(p)).collect();
-        let Some((corners, taken)) = cut(&patch, &local, monitor)? else { continue };
-        let outline: Vec<Position> = corners.iter().map(|(p, _)| p.position()).collect();
-        let error = mean_square(&outline, &local);
-        if best.as_ref().is_none_or(|(least, ..)| error < *least) {
-            let (first, towards) = corners[0];
-            let cut = Loop { first, directions: corners.iter().map(|&(_, direction)| direction).collect() };
-            best = Some((error, place, cut, patch.tiling(&taken, first, towards)));
-        }
-    }
-    let Some((_, place, mut outline, mut tiling)) = best else {
+    let seeds: Vec<u64> = (0..options.tries.div_ceil(PLACEMENTS)).map(|_| random.bits()).collect();
+    let done = AtomicUsize::new(0);
+    let best_of = |(round, &seed): (usize, &u64)| {
+        let best = drawn.best_cut(round, seed, monitor);
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        monitor.stage("fit", done as f64 / seeds.len() as f64)?;
+        best
+    };
+    let cuts = seeds.par_iter().enumerate().map(best_of).collect::<Result<Vec<_>, Cancelled>>()?;
+    // The first of the nearest, whatever was done first.
+    let Some(best) = cuts.into_iter().flatten().min_by(|a, b| a.error.total_cmp(&b.error)) else {
         return refuse("no tile fits into the curve; choose shorter edges");
     };
+    let (place, mut outline, mut tiling) = (best.place, best.outline, best.tiling);
     let local: Vec<Position> = curve.iter().map(|&p| place.back(p)).collect();
     if let Some(nearer) = approach(&local, &outline, options.loops, monitor)? {
         (outline, tiling) = nearer;
@@ -179,6 +166,54 @@ pub fn fit_boundary(
         greatest_distance: greatest_distance(&positions, &local),
         mean_distance: positions.iter().map(|&p| to_curve(p, &local)).sum::<f64>() / positions.len() as f64,
     })
+}
+
+/// What is fitted.
+struct Drawn<'a> {
+    curve: &'a [Position],
+    middle: Position,
+    /// Of the curve about its middle, in edges.
+    radius: f64,
+    edge_length: f64,
+    options: &'a FitOptions,
+}
+
+/// An outline cut from a tiling.
+struct CutOut {
+    error: f64,
+    place: Placement,
+    outline: Loop,
+    tiling: Tiling,
+}
+
+impl Drawn<'_> {
+    /// The nearest outline of a round of placements of one tiling.
+    fn best_cut(&self, round: usize, seed: u64, monitor: &Monitor) -> Result<Option<CutOut>, Cancelled> {
+        // The first tiling is symmetric about its middle, for the sake of symmetric curves.
+        let centred = round == 0;
+        let mut random = Random::new(seed);
+        let size = self.radius + SHIFT * std::f64::consts::SQRT_2 + 2.0;
+        let patch = Patch::new(&plane_tiling(size, (!centred).then_some(&mut random), monitor)?, monitor)?;
+        let mut best: Option<CutOut> = None;
+        for attempt in 0..PLACEMENTS.min(self.options.tries - round * PLACEMENTS) {
+            let searched = if centred { attempt as f64 / PLACEMENTS as f64 } else { random.unit() };
+            let rotation = self.options.rotation.unwrap_or(searched * FRAC_PI_6);
+            let mut shift = || if centred { 0.0 } else { SHIFT * (2.0 * random.unit() - 1.0) };
+            let place = Placement { origin: [0.0; 2], rotation, edge_length: self.edge_length };
+            let origin = place.out([shift(), shift()]);
+            let place = Placement { origin: [self.middle[0] + origin[0], self.middle[1] + origin[1]], ..place };
+            let local: Vec<Position> = self.curve.iter().map(|&p| place.back(p)).collect();
+            let Some((corners, taken)) = cut(&patch, &local, monitor)? else { continue };
+            let positions: Vec<Position> = corners.iter().map(|(p, _)| p.position()).collect();
+            let error = mean_square(&positions, &local);
+            if best.as_ref().is_none_or(|least| error < least.error) {
+                let (first, towards) = corners[0];
+                let outline = Loop { first, directions: corners.iter().map(|&(_, direction)| direction).collect() };
+                best = Some(CutOut { error, place, outline, tiling: patch.tiling(&taken, first, towards) });
+            }
+        }
+        Ok(best)
+    }
 }
 
 /// A tiling of a part of the plane, ready to be cut.
@@ -302,92 +337,6 @@ fn grow(next: &mut BTreeMap<Point, Point>, corners: &[Point]) -> bool {
         next.insert(corners[k], corners[(k + 1) % n]);
     }
     true
-}
-
-fn segments(polygon: &[Position]) -> impl Iterator<Item = [Position; 2]> {
-    (0..polygon.len()).map(|k| [polygon[k], polygon[(k + 1) % polygon.len()]])
-}
-
-fn distance(p: Position, q: Position) -> f64 {
-    (p[0] - q[0]).hypot(p[1] - q[1])
-}
-
-/// Mean of the curve's points, weighted by length.
-fn middle(curve: &[Position]) -> Position {
-    let mut sum = [0.0; 3];
-    for [a, b] in segments(curve) {
-        let length = distance(a, b);
-        sum[0] += length * f64::midpoint(a[0], b[0]);
-        sum[1] += length * f64::midpoint(a[1], b[1]);
-        sum[2] += length;
-    }
-    if sum[2] > 0.0 { [sum[0] / sum[2], sum[1] / sum[2]] } else { curve[0] }
-}
-
-fn contains(curve: &[Position], p: Position) -> bool {
-    let crossings = segments(curve)
-        .filter(|[a, b]| (a[1] > p[1]) != (b[1] > p[1]) && p[0] < a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
-    crossings.count() % 2 == 1
-}
-
-/// Distance from a point to a closed polygon.
-fn to_curve(p: Position, curve: &[Position]) -> f64 {
-    let to_segment = |segment| on_segment(p, segment).0;
-    segments(curve).map(to_segment).fold(f64::INFINITY, f64::min)
-}
-
-/// Distance from a point to a closed polygon, and how far along the polygon its nearest point lies.
-pub(crate) fn nearest(curve: &[Position], p: Position) -> (f64, f64) {
-    let (mut best, mut begin) = ((f64::INFINITY, 0.0), 0.0);
-    for [a, b] in segments(curve) {
-        let (away, t) = on_segment(p, [a, b]);
-        let length = distance(a, b);
-        if away < best.0 {
-            best = (away, begin + t * length);
-        }
-        begin += length;
-    }
-    best
-}
-
-/// Distance from a point to a segment, and where on it, from 0 to 1, the nearest point lies.
-fn on_segment(p: Position, [a, b]: [Position; 2]) -> (f64, f64) {
-    let (d, e) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let square = d[0] * d[0] + d[1] * d[1];
-    let t = if square > 0.0 { ((d[0] * e[0] + d[1] * e[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
-    ((e[0] - t * d[0]).hypot(e[1] - t * d[1]), t)
-}
-
-/// Points along a polygon, at most a quarter of an edge apart.
-fn samples(polygon: &[Position]) -> impl Iterator<Item = Position> {
-    segments(polygon).flat_map(|[a, b]| {
-        let steps = (4.0 * distance(a, b)).ceil().max(1.0);
-        let at = move |k: usize| {
-            let t = k as f64 / steps;
-            [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
-        };
-        (0..steps as usize).map(at)
-    })
-}
-
-/// Distance from a point to a closed polygon, negative inside.
-pub(crate) fn signed_distance(curve: &[Position], p: Position) -> f64 {
-    if contains(curve, p) { -to_curve(p, curve) } else { to_curve(p, curve) }
-}
-
-fn greatest_distance(a: &[Position], b: &[Position]) -> f64 {
-    let one_way = |a: &[Position], b: &[Position]| samples(a).map(|p| to_curve(p, b)).fold(0.0, f64::max);
-    one_way(a, b).max(one_way(b, a))
-}
-
-/// Mean of the squared distances both ways: small when the outline keeps near everywhere.
-fn mean_square(outline: &[Position], curve: &[Position]) -> f64 {
-    let one_way = |a: &[Position], b: &[Position]| {
-        let squares: Vec<f64> = a.iter().map(|&p| to_curve(p, b).powi(2)).collect();
-        squares.iter().sum::<f64>() / squares.len() as f64
-    };
-    let along: Vec<Position> = samples(curve).step_by(2).collect();
-    one_way(outline, curve) + one_way(&along, outline)
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ mod border;
 mod boundary;
 mod certificate;
 mod corner;
+mod drawn;
 mod error;
 mod explain;
 mod fence;

@@ -10,7 +10,8 @@
 //! once.
 
 use crate::TilingError;
-use crate::fit::{Placement, Position, nearest};
+use crate::drawn::{Position, distance, nearest};
+use crate::fit::Placement;
 use crate::plane::{Direction, Point};
 use mesh::Monitor;
 use solve::SolveError;
@@ -175,10 +176,6 @@ fn mean_distance(from: Point, to: Point, curve: &[Position]) -> f64 {
     let at = |k: usize| (k as f64 + 0.5) / PARTS as f64;
     let sum: f64 = (0..PARTS).map(|k| nearest(curve, [a + at(k) * (c - a), b + at(k) * (d - b)]).0).sum();
     sum / PARTS as f64
-}
-
-fn distance(p: Position, q: Position) -> f64 {
-    (p[0] - q[0]).hypot(p[1] - q[1])
 }
 
 #[cfg(test)]
