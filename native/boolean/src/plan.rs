@@ -7,6 +7,7 @@ use crate::band::{Arc, Band};
 use crate::division::Division;
 use crate::intersect::{Cut, Input};
 use mesh::{DVec3, Monitor, sorted};
+use ordered_float::OrderedFloat;
 use solve::tjoin::t_join;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -189,8 +190,8 @@ fn size_field(inputs: &[Input<'_>; 2], band: &Band, diagonal: f64, bend_error: f
 /// Limits the growth of the edge length with the distance from the vertices `start`.
 fn grade(band: &Band, start: &[u32], fixed: &[bool], size: &mut [f64]) {
     let positions = &band.surface.positions;
-    let mut queue: BinaryHeap<_> = start.iter().map(|&v| (Reverse(Ordered(size[v as usize])), v)).collect();
-    while let Some((Reverse(Ordered(s)), v)) = queue.pop() {
+    let mut queue: BinaryHeap<_> = start.iter().map(|&v| (Reverse(OrderedFloat(size[v as usize])), v)).collect();
+    while let Some((Reverse(OrderedFloat(s)), v)) = queue.pop() {
         if s > size[v as usize] {
             continue;
         }
@@ -198,7 +199,7 @@ fn grade(band: &Band, start: &[u32], fixed: &[bool], size: &mut [f64]) {
             let graded = s + GRADING * positions[v as usize].distance(positions[u as usize]);
             if graded < size[u as usize] && !fixed[u as usize] {
                 size[u as usize] = graded;
-                queue.push((Reverse(Ordered(graded)), u));
+                queue.push((Reverse(OrderedFloat(graded)), u));
             }
         }
     }
@@ -243,24 +244,6 @@ fn refine_at(band: &Band, spot: DVec3, size: &mut [f64]) {
         if !band.topology.is_border_vertex(v as u32) {
             *size = size.min(wanted + GRADING * away[v]);
         }
-    }
-}
-
-/// A float with a total order, for queues.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Ordered(f64);
-
-impl Eq for Ordered {}
-
-impl PartialOrd for Ordered {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Ordered {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
     }
 }
 

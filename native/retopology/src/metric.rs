@@ -3,7 +3,8 @@
 
 use crate::split_mesh::{SplitMesh, next, prev};
 use mesh::NONE;
-use std::cmp::Ordering;
+use ordered_float::OrderedFloat;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Who can be reached from each vertex in one step, and how far it is.
@@ -11,27 +12,6 @@ use std::collections::BinaryHeap;
 pub struct Metric {
     start: Vec<u32>,
     steps: Vec<(u32, f64)>,
-}
-
-/// A tentative distance; the heap pops the least, ties by vertex.
-#[derive(PartialEq)]
-struct Front {
-    distance: f64,
-    vertex: u32,
-}
-
-impl Eq for Front {}
-
-impl PartialOrd for Front {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Front {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.distance.total_cmp(&self.distance).then(other.vertex.cmp(&self.vertex))
-    }
 }
 
 impl Metric {
@@ -102,10 +82,10 @@ impl Metric {
             if start < value[v as usize] {
                 value[v as usize] = start;
                 mark[v as usize] = seed;
-                front.push(Front { distance: start, vertex: v });
+                front.push(Reverse((OrderedFloat(start), v)));
             }
         }
-        while let Some(Front { distance, vertex }) = front.pop() {
+        while let Some(Reverse((OrderedFloat(distance), vertex))) = front.pop() {
             if distance > value[vertex as usize] {
                 continue;
             }
@@ -114,7 +94,7 @@ impl Metric {
                 if reached < value[w as usize] && inside(w) {
                     value[w as usize] = reached;
                     mark[w as usize] = mark[vertex as usize];
-                    front.push(Front { distance: reached, vertex: w });
+                    front.push(Reverse((OrderedFloat(reached), w)));
                 }
             }
         }

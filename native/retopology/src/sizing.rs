@@ -12,7 +12,8 @@ use crate::features::Network;
 use crate::metric::Metric;
 use crate::split_mesh::SplitMesh;
 use mesh::{Monitor, NONE, TriangleMesh, sorted};
-use std::cmp::Ordering;
+use ordered_float::OrderedFloat;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 /// Surface edges are split until they are at most this fraction of the wanted base edge.
@@ -72,26 +73,8 @@ pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions
     Sizing { wanted, even, gradation: options.gradation }
 }
 
-/// An edge to be split, as its ends; the most oversized first.
-#[derive(PartialEq)]
-struct Oversized {
-    ratio: f64,
-    ends: [u32; 2],
-}
-
-impl Eq for Oversized {}
-
-impl PartialOrd for Oversized {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Oversized {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.ratio.total_cmp(&other.ratio).then(other.ends.cmp(&self.ends))
-    }
-}
+/// Edges to be split, as their ends; the most oversized first.
+type Oversized = BinaryHeap<(OrderedFloat<f64>, Reverse<[u32; 2]>)>;
 
 /// Splits edges at their midpoints until they are short against the wanted base edges, and puts the new vertices of curves
 /// into their chains. At most `budget` splits: what is left then is coarser than it should be, never wrong.
@@ -113,11 +96,11 @@ pub fn refine(
         .filter(|chain| chain.whole)
         .flat_map(|chain| chain.vertices.windows(2).map(|pair| sorted(pair[0], pair[1])))
         .collect();
-    let consider = |queue: &mut BinaryHeap<Oversized>, mesh: &SplitMesh, wanted: &[f64], h: u32| {
+    let consider = |queue: &mut Oversized, mesh: &SplitMesh, wanted: &[f64], h: u32| {
         let (a, b) = (mesh.from(h), mesh.to(h));
         let ratio = mesh.length(h) / wanted[a as usize].min(wanted[b as usize]);
         if ratio > RESOLUTION && !whole.contains(&sorted(a, b)) {
-            queue.push(Oversized { ratio, ends: sorted(a, b) });
+            queue.push((OrderedFloat(ratio), Reverse(sorted(a, b))));
         }
     };
     for h in 0..mesh.origin.len() as u32 {
@@ -127,7 +110,7 @@ pub fn refine(
     }
     let mut middles = BTreeMap::new();
     let mut splits = 0;
-    while let Some(Oversized { ends: [a, b], .. }) = queue.pop() {
+    while let Some((_, Reverse([a, b]))) = queue.pop() {
         if splits == budget {
             break;
         }

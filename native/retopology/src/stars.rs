@@ -12,7 +12,8 @@ use crate::fields::Fields;
 use crate::split_mesh::{SplitMesh, next, prev};
 use foldhash::fast::FixedState;
 use mesh::{DVec3, Monitor, NONE, sorted};
-use std::cmp::Ordering;
+use ordered_float::OrderedFloat;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Sets and maps that are asked, never listed, so that their order does not matter.
@@ -24,31 +25,6 @@ type Map<K, V> = std::collections::HashMap<K, V, FixedState>;
 enum Node {
     Vertex(u32),
     Edge(u32, u32),
-}
-
-struct Front {
-    distance: f64,
-    node: Node,
-}
-
-impl PartialEq for Front {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Front {}
-
-impl PartialOrd for Front {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Front {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
-    }
 }
 
 /// Base edges drawn on a surface, which is split along them.
@@ -242,8 +218,8 @@ impl Drawing {
         let start = Node::Vertex(start);
         let mut reached = Map::default();
         reached.insert(start, (0.0, start));
-        let mut front = BinaryHeap::from([Front { distance: 0.0, node: start }]);
-        while let Some(Front { distance, node }) = front.pop() {
+        let mut front = BinaryHeap::from([Reverse((OrderedFloat(0.0), start))]);
+        while let Some(Reverse((OrderedFloat(distance), node))) = front.pop() {
             if node == Node::Vertex(goal) {
                 break;
             }
@@ -258,7 +234,7 @@ impl Drawing {
                 let far = distance + here.distance(self.at(other));
                 if reached.get(&other).is_none_or(|&(d, _)| far < d) {
                     reached.insert(other, (far, node));
-                    front.push(Front { distance: far, node: other });
+                    front.push(Reverse((OrderedFloat(far), other)));
                 }
             }
         }

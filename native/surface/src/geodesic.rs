@@ -8,34 +8,9 @@
 
 use glam::{DVec2, DVec3};
 use mesh::{Cancelled, Monitor, NONE, Topology, TriangleMesh};
-use std::cmp::Ordering;
+use ordered_float::OrderedFloat;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-
-/// A tentative distance; the heap pops the least, ties by vertex so that the order is always the same.
-struct Front {
-    distance: f64,
-    vertex: u32,
-}
-
-impl PartialEq for Front {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Front {}
-
-impl PartialOrd for Front {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Front {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.distance.total_cmp(&self.distance).then(other.vertex.cmp(&self.vertex))
-    }
-}
 
 /// Geodesic distance of every vertex from the nearest of `sources` (vertices, not the edges between them), in scene
 /// units; infinite beyond `limit` and where no path leads. Out-of-range sources are ignored.
@@ -65,7 +40,7 @@ pub fn distance_field(
         }
     }
     let mut steps = 0_u32;
-    while let Some(Front { vertex, distance }) = march.front.pop() {
+    while let Some(Reverse((OrderedFloat(distance), vertex))) = march.front.pop() {
         if march.settled[vertex as usize] || distance > march.distance[vertex as usize] {
             continue;
         }
@@ -92,7 +67,8 @@ struct March<'a> {
     limit: f64,
     distance: Vec<f64>,
     settled: Vec<bool>,
-    front: BinaryHeap<Front>,
+    /// Tentative distances, the least first, ties by vertex so that the order is always the same.
+    front: BinaryHeap<Reverse<(OrderedFloat<f64>, u32)>>,
 }
 
 impl March<'_> {
@@ -100,7 +76,7 @@ impl March<'_> {
         let v = vertex as usize;
         if !self.settled[v] && distance <= self.limit && distance < self.distance[v] {
             self.distance[v] = distance;
-            self.front.push(Front { distance, vertex });
+            self.front.push(Reverse((OrderedFloat(distance), vertex)));
         }
     }
 
