@@ -34,10 +34,11 @@ const BENT_WEIGHT: f64 = 8.0;
 /// Bends are not followed with edges shorter than this, in edge lengths.
 const SHORTEST: f64 = 0.4;
 /// Chords are cut after all when whole ones miss the target by more than this fraction, at this price.
-const MOST_MISS: f64 = 0.02;
+const MOST_MISS: f64 = 0.045;
 const CUTTING: f64 = 200.0;
-/// Changes of single pieces to make up the rest.
+/// Changes of single pieces to make up the rest, and the most pieces that are changed in pairs then.
 const MOST_CHANGES: usize = 40;
+const MOST_PAIRED: usize = 80;
 
 /// How large quads shall be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -171,6 +172,9 @@ pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &M
             }
         }
         sides.make_up(&mut counts, target, edge_length, &mut filler, monitor)?;
+        if irregularity.is_infinite() {
+            sides.make_up_in_pairs(&mut counts, target, edge_length, &mut filler, monitor)?;
+        }
     }
     if let Size::TargetFaces(faces) = wanted
         && irregularity.is_infinite()
@@ -479,6 +483,61 @@ impl<'a> Sides<'a> {
             }
             let Some((_, piece, new, reached)) = best else { break };
             counts[piece] = new;
+            faces = reached;
+        }
+        Ok(())
+    }
+
+    /// Changes two whole chords at once, while that brings the quads nearer to the target by more than it stretches them: of
+    /// the few chords of a coarse layout each alone may be too long to fit.
+    fn make_up_in_pairs(
+        &self,
+        counts: &mut [u32],
+        target: f64,
+        h: f64,
+        filler: &mut Filler,
+        monitor: &Monitor,
+    ) -> Result<(), LayoutError> {
+        if counts.len() > MOST_PAIRED {
+            return Ok(());
+        }
+        let stretch = |piece: usize, n: u32| {
+            let wanted = &self.ideals[piece];
+            (f64::from(n) / wanted.count(h)).ln().powi(2) * wanted.area / (h * h)
+        };
+        let mut faces = self.faces(counts, filler)?;
+        for _ in 0..MOST_CHANGES {
+            if (faces / target - 1.0).abs() < CLOSE_ENOUGH {
+                break;
+            }
+            let mut best: Option<(f64, [usize; 2], [u32; 2], f64)> = None;
+            for a in 0..counts.len() {
+                monitor.check()?;
+                for b in a + 1..counts.len() {
+                    for [da, db] in [[1, -1], [-1, 1], [1, 1], [-1, -1], [2, -1], [-1, 2], [-2, 1], [1, -2]] {
+                        let old = [counts[a], counts[b]];
+                        let new = [old[0].saturating_add_signed(da), old[1].saturating_add_signed(db)];
+                        let too_few = |k: usize| f64::from(new[k]) < self.ideals[[a, b][k]].least - 0.5;
+                        if new.contains(&0) || too_few(0) || too_few(1) {
+                            continue;
+                        }
+                        [counts[a], counts[b]] = new;
+                        let reached = self.faces(counts, filler)?;
+                        [counts[a], counts[b]] = old;
+                        let gained = (faces - target).abs() - (reached - target).abs();
+                        if gained < CLOSE_ENOUGH * target {
+                            continue;
+                        }
+                        let dearer = stretch(a, new[0]) - stretch(a, old[0]) + stretch(b, new[1]) - stretch(b, old[1]);
+                        let price = dearer / gained;
+                        if best.is_none_or(|found| price < found.0) {
+                            best = Some((price, [a, b], new, reached));
+                        }
+                    }
+                }
+            }
+            let Some((_, [a, b], new, reached)) = best else { break };
+            [counts[a], counts[b]] = new;
             faces = reached;
         }
         Ok(())
