@@ -1,6 +1,7 @@
 //! A row for each OBJ file: what the acceptance bars of feature retopology measure.
 //!
-//! `cargo run -p quadloom-retopology --example bars -- [--faces N] [--plain] [--detect] [--coarse] [--out FOLDER] FILE.obj...`
+//! `cargo run -p quadloom-retopology --example bars -- [--faces N] [--plain] [--detect] [--coarse]
+//! [--vertices N] [--aspect X] [--least-quads X] [--out FOLDER] FILE.obj...`
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`; `--detect` adds those found. `--coarse`
 //! asks for the coarsest layout. With `--out`, writes `NAME.obj`. The columns are those of the judge, measured anew: irregular
@@ -26,6 +27,9 @@ fn main() -> Result<(), Failure> {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
         match word.as_str() {
             "--faces" => options.layout.size = Size::TargetFaces(value()?.parse()?),
+            "--vertices" => options.base.vertices = value()?.parse()?,
+            "--aspect" => options.base.aspect = value()?.parse()?,
+            "--least-quads" => options.base.least_quads = value()?.parse()?,
             "--coarse" => options.layout.irregularity = f64::INFINITY,
             "--detect" => options.base.detect = Some(retopology::detect::DetectOptions::default()),
             "--plain" => plain = true,

@@ -10,8 +10,9 @@
 //! 3. The edge length is searched for until the quads number what was asked; single pieces then make up the rest.
 
 use crate::base::Base;
+use crate::build::edge_for_faces;
 use crate::chords::{Run, Term, chords, cut, opposite};
-use crate::division::least_parts;
+use crate::division::parts;
 use crate::error::LayoutError;
 use crate::patch::{Patch, Plan};
 use crate::templates::{Chosen, TemplateError};
@@ -27,12 +28,15 @@ const SEARCH_ROUNDS: usize = 14;
 const CLOSE_ENOUGH: f64 = 0.004;
 /// Weight of the condition that lets a three- or five-sided patch do with one irregular vertex, per squared miss.
 const PATTERN_WEIGHT: f64 = 2.0;
-/// How far the chords of a bent feature may leave it, in edge lengths, before it gets more edges; and how much more its wishes
-/// count than those of others then.
-const CHORD_ERROR: f64 = 0.035;
+/// How far the chords of a bent feature may leave it, in mean edge lengths, before it gets more edges; and how much more its
+/// wishes count than those of others then.
+pub(crate) const CHORD_ERROR: f64 = 0.035;
 const BENT_WEIGHT: f64 = 8.0;
-/// Bends are not followed with edges shorter than this, in edge lengths.
-const SHORTEST: f64 = 0.4;
+/// Bends are not followed with edges shorter than this, in mean edge lengths.
+pub(crate) const SHORTEST: f64 = 0.25;
+/// Where counts fall short of what bends need, these weigh so many times more in the next of some rounds.
+const URGENT: f64 = 10.0;
+const URGENT_ROUNDS: usize = 3;
 /// Chords are cut after all when whole ones miss the target by more than this fraction, at this price.
 const MOST_MISS: f64 = 0.045;
 const CUTTING: f64 = 200.0;
@@ -141,7 +145,11 @@ pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &M
         Size::TargetFaces(0) => return Err(LayoutError::BadOption { option: "target faces", expected: "at least 1" }),
         Size::TargetFaces(faces) => (area / faces as f64).sqrt(),
     };
-    let sides = Sides::new(plan, start, irregularity);
+    let mean_edge = match wanted {
+        Size::EdgeLength(h) => h,
+        Size::TargetFaces(faces) => edge_for_faces(&base.surface, faces),
+    };
+    let sides = Sides::new(plan, start, mean_edge, irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -195,7 +203,7 @@ fn scaled_area(base: &Base, size: &[f64]) -> f64 {
 }
 
 impl<'a> Sides<'a> {
-    fn new(plan: Plan<'a>, h: f64, irregularity: f64) -> Self {
+    fn new(plan: Plan<'a>, h: f64, mean_edge: f64, irregularity: f64) -> Self {
         let Plan { base, measures, patches, templates, size } = plan;
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
@@ -225,7 +233,7 @@ impl<'a> Sides<'a> {
         let mut bent = vec![false; base.edges.len()];
         for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
             let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
-            let wanted = f64::from(least_parts(&points, CHORD_ERROR * h, SHORTEST * h)) * h;
+            let wanted = parts(&points, CHORD_ERROR * mean_edge, SHORTEST * mean_edge).len() as f64 * h;
             bent[e] = wanted > 1.05 * lengths[e];
             lengths[e] = lengths[e].max(wanted);
         }
@@ -239,7 +247,7 @@ impl<'a> Sides<'a> {
             bound: Vec::new(),
         };
         if irregularity.is_infinite() && templates.is_empty() {
-            sides.conform(&lengths, &areas);
+            sides.conform(&lengths, &areas, &bent, h);
             return sides;
         }
         for chord in chords(&links, &areas) {
@@ -280,7 +288,7 @@ impl<'a> Sides<'a> {
     /// Pieces for the coarsest layout: no chord is cut, and patches of other than four sides are seen as divided into quads from
     /// their middle, so that the chords of the halves of their sides go on through them. Any counts of these fit everywhere, and
     /// all irregular vertices lie on few lines.
-    fn conform(&mut self, lengths: &[f64], areas: &[f64]) {
+    fn conform(&mut self, lengths: &[f64], areas: &[f64], bent: &[bool], h: f64) {
         // Halves are numbered 2 e and 2 e + 1 along base edge e.
         let half = |sides: &Self, corner: u32, second: bool| {
             let edge = sides.edge(corner);
@@ -310,7 +318,7 @@ impl<'a> Sides<'a> {
                 let e = half as usize / 2;
                 if areas[e] > 0.0 {
                     let part = if halved { 0.5 } else { 1.0 };
-                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least: false });
+                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least: bent[e] });
                 }
             }
             // Where nothing divides the sides one count for both halves will do.
@@ -327,7 +335,8 @@ impl<'a> Sides<'a> {
                     *parts = [piece, NONE];
                 }
             }
-            self.ideals.push(Ideal { mean: run.mean(), area: run.weight, least: 0.0 });
+            let least = run.least.map_or(0.0, |least| least.exp() / h);
+            self.ideals.push(Ideal { mean: run.mean(), area: run.weight, least });
         }
         self.bound = vec![false; self.ideals.len()];
     }
@@ -392,6 +401,17 @@ impl<'a> Sides<'a> {
         layout.sub_sides.resize(used.max(self.ideals.len()), SubSide { ideal: 1.0, fixed: Some(1), weight: 1.0 });
         let options = quantise::Options { pattern_weight: PATTERN_WEIGHT, ..quantise::Options::default() };
         let mut counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
+        for _ in 0..URGENT_ROUNDS {
+            let short = |k: &usize| f64::from(counts[*k]) < self.ideals[*k].least - 0.5;
+            let short: Vec<usize> = (0..self.ideals.len()).filter(short).collect();
+            if short.is_empty() {
+                break;
+            }
+            for k in short {
+                layout.sub_sides[k].weight = (URGENT * layout.sub_sides[k].weight).min(1e6);
+            }
+            counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
+        }
         counts.truncate(self.ideals.len());
         Ok(counts)
     }

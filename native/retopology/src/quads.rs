@@ -166,7 +166,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     };
     let error = (options.chord_error * diagonal).max(LEAST_CHORD_ERROR * mean_edge);
     if options.chord_error.is_finite() {
-        curvature::bound(base, &measures, error, options.size, &mut size);
+        curvature::bound(base, &measures, error, mean_edge, options.size, &mut size);
     }
     let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
     let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
