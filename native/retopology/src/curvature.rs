@@ -5,7 +5,8 @@
 //! length elsewhere grows until the areas add up.
 
 use crate::base::Base;
-use crate::density::Size;
+use crate::density::{CHORD_ERROR, SHORTEST, Size};
+use crate::division::parts;
 use crate::measures::Measures;
 use mesh::Topology;
 
@@ -19,9 +20,23 @@ const BISECTIONS: usize = 30;
 const GROWING_SWEEPS: usize = 60;
 
 /// Lowers the relative edge lengths at the vertices of the surface where it is bent, so that edges stay within `error`, scene
-/// units, of it. O(surface triangles).
-pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, wanted: Size, size: &mut [f64]) {
-    let caps: Vec<f64> = bend(base, measures).iter().map(|k| (8.0 * error / k.max(f64::MIN_POSITIVE)).sqrt()).collect();
+/// units, of it; and on features that bend, to the chords that follow them when edges of `mean_edge` are wanted. O(surface triangles).
+pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, mean_edge: f64, wanted: Size, size: &mut [f64]) {
+    let mut caps: Vec<f64> =
+        bend(base, measures).iter().map(|k| (8.0 * error / k.max(f64::MIN_POSITIVE)).sqrt()).collect();
+    for (edge, _) in base.edges.iter().zip(&measures.rails).filter(|(_, rail)| **rail) {
+        let points: Vec<_> = edge.path.iter().map(|&v| base.surface.positions[v as usize]).collect();
+        let ends = parts(&points, CHORD_ERROR * mean_edge, SHORTEST * mean_edge);
+        // The last chord ends with the edge, not for a bend.
+        let mut from = 0;
+        for &to in &ends[..ends.len() - 1] {
+            let chord = points[from].distance(points[to]);
+            for &v in &edge.path[from..=to] {
+                caps[v as usize] = caps[v as usize].min(chord);
+            }
+            from = to;
+        }
+    }
     let bounded = |h: f64, v: u32| size[v as usize].min((caps[v as usize] / h).max(LEAST_SIZE * size[v as usize]));
     let quads = |h: f64| -> f64 {
         let mean = |t: &[u32; 3]| t.iter().map(|&v| bounded(h, v)).sum::<f64>() / 3.0 * h;
@@ -135,7 +150,7 @@ mod tests {
         let ridge = base(&shapes::sheet(8, 2), 8, 4.0, &|p| p + DVec3::Z * (0.4 * (-p.x * p.x * 8.0).exp()));
         let measures = Measures::new(&ridge).unwrap();
         let mut size = vec![1.0; ridge.surface.positions.len()];
-        bound(&ridge, &measures, 0.002, Size::TargetFaces(400), &mut size);
+        bound(&ridge, &measures, 0.002, 0.2, Size::TargetFaces(400), &mut size);
         let at = |x: f64| {
             let near = ridge.surface.positions.iter().zip(&size).filter(|(p, _)| (p.x - x).abs() < 0.1);
             near.map(|(_, s)| *s).fold(f64::INFINITY, f64::min)

@@ -10,8 +10,9 @@
 //! 3. The edge length is searched for until the quads number what was asked; single pieces then make up the rest.
 
 use crate::base::Base;
+use crate::build::edge_for_faces;
 use crate::chords::{Run, Term, chords, cut, opposite};
-use crate::division::least_parts;
+use crate::division::parts;
 use crate::error::LayoutError;
 use crate::patch::{Patch, Plan};
 use crate::templates::{Chosen, TemplateError};
@@ -27,17 +28,21 @@ const SEARCH_ROUNDS: usize = 14;
 const CLOSE_ENOUGH: f64 = 0.004;
 /// Weight of the condition that lets a three- or five-sided patch do with one irregular vertex, per squared miss.
 const PATTERN_WEIGHT: f64 = 2.0;
-/// How far the chords of a bent feature may leave it, in edge lengths, before it gets more edges; and how much more its wishes
-/// count than those of others then.
-const CHORD_ERROR: f64 = 0.035;
+/// How far the chords of a bent feature may leave it, in mean edge lengths, before it gets more edges; and how much more its
+/// wishes count than those of others then.
+pub(crate) const CHORD_ERROR: f64 = 0.035;
 const BENT_WEIGHT: f64 = 8.0;
-/// Bends are not followed with edges shorter than this, in edge lengths.
-const SHORTEST: f64 = 0.4;
+/// Bends are not followed with edges shorter than this, in mean edge lengths.
+pub(crate) const SHORTEST: f64 = 0.25;
+/// Where counts fall short of what bends need, these weigh so many times more in the next of some rounds.
+const URGENT: f64 = 10.0;
+const URGENT_ROUNDS: usize = 3;
 /// Chords are cut after all when whole ones miss the target by more than this fraction, at this price.
-const MOST_MISS: f64 = 0.02;
+const MOST_MISS: f64 = 0.045;
 const CUTTING: f64 = 200.0;
-/// Changes of single pieces to make up the rest.
+/// Changes of single pieces to make up the rest, and the most pieces that are changed in pairs then.
 const MOST_CHANGES: usize = 40;
+const MOST_PAIRED: usize = 80;
 
 /// How large quads shall be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,7 +145,11 @@ pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &M
         Size::TargetFaces(0) => return Err(LayoutError::BadOption { option: "target faces", expected: "at least 1" }),
         Size::TargetFaces(faces) => (area / faces as f64).sqrt(),
     };
-    let sides = Sides::new(plan, start, irregularity);
+    let mean_edge = match wanted {
+        Size::EdgeLength(h) => h,
+        Size::TargetFaces(faces) => edge_for_faces(&base.surface, faces),
+    };
+    let sides = Sides::new(plan, start, mean_edge, irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -171,6 +180,9 @@ pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &M
             }
         }
         sides.make_up(&mut counts, target, edge_length, &mut filler, monitor)?;
+        if irregularity.is_infinite() {
+            sides.make_up_in_pairs(&mut counts, target, edge_length, &mut filler, monitor)?;
+        }
     }
     if let Size::TargetFaces(faces) = wanted
         && irregularity.is_infinite()
@@ -191,7 +203,7 @@ fn scaled_area(base: &Base, size: &[f64]) -> f64 {
 }
 
 impl<'a> Sides<'a> {
-    fn new(plan: Plan<'a>, h: f64, irregularity: f64) -> Self {
+    fn new(plan: Plan<'a>, h: f64, mean_edge: f64, irregularity: f64) -> Self {
         let Plan { base, measures, patches, templates, size } = plan;
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
@@ -221,7 +233,7 @@ impl<'a> Sides<'a> {
         let mut bent = vec![false; base.edges.len()];
         for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
             let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
-            let wanted = f64::from(least_parts(&points, CHORD_ERROR * h, SHORTEST * h)) * h;
+            let wanted = parts(&points, CHORD_ERROR * mean_edge, SHORTEST * mean_edge).len() as f64 * h;
             bent[e] = wanted > 1.05 * lengths[e];
             lengths[e] = lengths[e].max(wanted);
         }
@@ -235,7 +247,7 @@ impl<'a> Sides<'a> {
             bound: Vec::new(),
         };
         if irregularity.is_infinite() && templates.is_empty() {
-            sides.conform(&lengths, &areas);
+            sides.conform(&lengths, &areas, &bent, h);
             return sides;
         }
         for chord in chords(&links, &areas) {
@@ -276,7 +288,7 @@ impl<'a> Sides<'a> {
     /// Pieces for the coarsest layout: no chord is cut, and patches of other than four sides are seen as divided into quads from
     /// their middle, so that the chords of the halves of their sides go on through them. Any counts of these fit everywhere, and
     /// all irregular vertices lie on few lines.
-    fn conform(&mut self, lengths: &[f64], areas: &[f64]) {
+    fn conform(&mut self, lengths: &[f64], areas: &[f64], bent: &[bool], h: f64) {
         // Halves are numbered 2 e and 2 e + 1 along base edge e.
         let half = |sides: &Self, corner: u32, second: bool| {
             let edge = sides.edge(corner);
@@ -306,7 +318,7 @@ impl<'a> Sides<'a> {
                 let e = half as usize / 2;
                 if areas[e] > 0.0 {
                     let part = if halved { 0.5 } else { 1.0 };
-                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least: false });
+                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least: bent[e] });
                 }
             }
             // Where nothing divides the sides one count for both halves will do.
@@ -323,7 +335,8 @@ impl<'a> Sides<'a> {
                     *parts = [piece, NONE];
                 }
             }
-            self.ideals.push(Ideal { mean: run.mean(), area: run.weight, least: 0.0 });
+            let least = run.least.map_or(0.0, |least| least.exp() / h);
+            self.ideals.push(Ideal { mean: run.mean(), area: run.weight, least });
         }
         self.bound = vec![false; self.ideals.len()];
     }
@@ -388,6 +401,17 @@ impl<'a> Sides<'a> {
         layout.sub_sides.resize(used.max(self.ideals.len()), SubSide { ideal: 1.0, fixed: Some(1), weight: 1.0 });
         let options = quantise::Options { pattern_weight: PATTERN_WEIGHT, ..quantise::Options::default() };
         let mut counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
+        for _ in 0..URGENT_ROUNDS {
+            let short = |k: &usize| f64::from(counts[*k]) < self.ideals[*k].least - 0.5;
+            let short: Vec<usize> = (0..self.ideals.len()).filter(short).collect();
+            if short.is_empty() {
+                break;
+            }
+            for k in short {
+                layout.sub_sides[k].weight = (URGENT * layout.sub_sides[k].weight).min(1e6);
+            }
+            counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
+        }
         counts.truncate(self.ideals.len());
         Ok(counts)
     }
@@ -479,6 +503,61 @@ impl<'a> Sides<'a> {
             }
             let Some((_, piece, new, reached)) = best else { break };
             counts[piece] = new;
+            faces = reached;
+        }
+        Ok(())
+    }
+
+    /// Changes two whole chords at once, while that brings the quads nearer to the target by more than it stretches them: of
+    /// the few chords of a coarse layout each alone may be too long to fit.
+    fn make_up_in_pairs(
+        &self,
+        counts: &mut [u32],
+        target: f64,
+        h: f64,
+        filler: &mut Filler,
+        monitor: &Monitor,
+    ) -> Result<(), LayoutError> {
+        if counts.len() > MOST_PAIRED {
+            return Ok(());
+        }
+        let stretch = |piece: usize, n: u32| {
+            let wanted = &self.ideals[piece];
+            (f64::from(n) / wanted.count(h)).ln().powi(2) * wanted.area / (h * h)
+        };
+        let mut faces = self.faces(counts, filler)?;
+        for _ in 0..MOST_CHANGES {
+            if (faces / target - 1.0).abs() < CLOSE_ENOUGH {
+                break;
+            }
+            let mut best: Option<(f64, [usize; 2], [u32; 2], f64)> = None;
+            for a in 0..counts.len() {
+                monitor.check()?;
+                for b in a + 1..counts.len() {
+                    for [da, db] in [[1, -1], [-1, 1], [1, 1], [-1, -1], [2, -1], [-1, 2], [-2, 1], [1, -2]] {
+                        let old = [counts[a], counts[b]];
+                        let new = [old[0].saturating_add_signed(da), old[1].saturating_add_signed(db)];
+                        let too_few = |k: usize| f64::from(new[k]) < self.ideals[[a, b][k]].least - 0.5;
+                        if new.contains(&0) || too_few(0) || too_few(1) {
+                            continue;
+                        }
+                        [counts[a], counts[b]] = new;
+                        let reached = self.faces(counts, filler)?;
+                        [counts[a], counts[b]] = old;
+                        let gained = (faces - target).abs() - (reached - target).abs();
+                        if gained < CLOSE_ENOUGH * target {
+                            continue;
+                        }
+                        let dearer = stretch(a, new[0]) - stretch(a, old[0]) + stretch(b, new[1]) - stretch(b, old[1]);
+                        let price = dearer / gained;
+                        if best.is_none_or(|found| price < found.0) {
+                            best = Some((price, [a, b], new, reached));
+                        }
+                    }
+                }
+            }
+            let Some((_, [a, b], new, reached)) = best else { break };
+            [counts[a], counts[b]] = new;
             faces = reached;
         }
         Ok(())

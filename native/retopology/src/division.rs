@@ -32,23 +32,23 @@ pub(crate) struct Division {
     pub edge_stays: Vec<Vec<bool>>,
 }
 
-/// The least number of chords between points of a polyline that stay within `error` of it and, those longer than
-/// `shortest`, within [`MOST_STRAY`] of its direction, by greedy choice. O(n · longest chord).
-pub(crate) fn least_parts(points: &[DVec3], error: f64, shortest: f64) -> u32 {
+/// The fewest chords between points of a polyline that stay within `error` of it and, those longer than `shortest`, within
+/// [`MOST_STRAY`] of its direction, by greedy choice: the index that each ends at. O(n · longest chord).
+pub(crate) fn parts(points: &[DVec3], error: f64, shortest: f64) -> Vec<usize> {
     let follows = |part: &[DVec3]| {
         let length = part[0].distance(part[part.len() - 1]);
         leaves(part) <= error && (length <= shortest || strays(part) <= MOST_STRAY)
     };
-    let (mut from, mut parts) = (0, 0);
+    let (mut from, mut ends) = (0, Vec::new());
     while from + 1 < points.len() {
         let mut to = from + 1;
         while to + 1 < points.len() && follows(&points[from..=to + 1]) {
             to += 1;
         }
-        parts += 1;
+        ends.push(to);
         from = to;
     }
-    parts
+    ends
 }
 
 /// How far a polyline leaves the chord between its ends.

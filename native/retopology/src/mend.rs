@@ -11,8 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::{Reference, quad_quality};
 
-/// Quads below this quality are mended.
-const SOUND: f64 = 0.25;
+/// Quads below this quality are mended; in the coarsest layout, where every new irregular vertex sends lines over the whole
+/// mesh, only inverted ones.
+pub(crate) const SOUND: f64 = 0.25;
+pub(crate) const INVERTED: f64 = 0.0;
 /// Rings of quads round a bad one that may change.
 const RINGS: usize = 3;
 /// Places mended at most.
@@ -41,11 +43,12 @@ pub(crate) struct Mended {
     pub places: usize,
 }
 
-/// Replaces bad quads and what lies around them, worst first. Keeps features, borders and topology.
+/// Replaces quads of less than `sound` quality and what lies around them, worst first. Keeps features, borders and topology.
 pub(crate) fn mend(
     mut patch: QuadPatch,
     setting: &Setting<'_>,
     smooth: &SmoothOptions,
+    sound: f64,
     monitor: &Monitor,
 ) -> Result<Mended, LayoutError> {
     let before = patch.positions.len();
@@ -55,7 +58,7 @@ pub(crate) fn mend(
     let mut places = 0;
     for _ in 0..MOST_PLACES {
         monitor.check()?;
-        let open = (0..patch.quads.len()).filter(|&q| !tried[q] && quality_of[q] < SOUND);
+        let open = (0..patch.quads.len()).filter(|&q| !tried[q] && quality_of[q] < sound);
         let Some(worst) = open.min_by(|&a, &b| quality_of[a].total_cmp(&quality_of[b])) else { break };
         tried[worst] = true;
         let region = Region::around(&patch, worst);

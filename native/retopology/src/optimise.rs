@@ -22,6 +22,8 @@ const HOLD_ON_RAIL: f64 = 3.0;
 
 /// Quality below which no quad gets by the pull.
 const FLOOR: f64 = 0.4;
+/// No edge gets shorter than this fraction of the wanted length by the pull, or than it is.
+const SHORTEST: f64 = 0.15;
 /// Sweeps of the barrier energy before the pull.
 const UNTANGLING_SWEEPS: usize = 3;
 /// Share of the way from a quad's area to the wanted one, in logarithms, and the most its sides are stretched for it. Without
@@ -157,11 +159,20 @@ fn advance(shape: &Shape<'_>, around: &[Vec<u32>], unknown: &[usize], feet: &[DV
                 |&q: &u32| quad_quality(shape.quads[q as usize].map(|v| positions[v as usize]), normals[q as usize]);
             around[v].iter().map(quality).fold(f64::INFINITY, f64::min)
         };
+        let shortest = |positions: &[DVec3]| {
+            let beside = |&q: &u32| {
+                let quad = shape.quads[q as usize];
+                let k = quad.iter().position(|&corner| corner as usize == v).unwrap_or(0);
+                [quad[(k + 1) % 4], quad[(k + 3) % 4]].map(|w| positions[w as usize].distance(positions[v]))
+            };
+            around[v].iter().flat_map(beside).fold(f64::INFINITY, f64::min)
+        };
         let start = positions[v];
         let bound = worst(positions).min(FLOOR);
+        let room = shortest(positions).min(SHORTEST * shape.lengths[v]);
         for part in [1.0, 0.5, 0.25] {
             positions[v] = start.lerp(foot, part);
-            if worst(positions) >= bound {
+            if worst(positions) >= bound && shortest(positions) >= room {
                 break;
             }
             positions[v] = start;

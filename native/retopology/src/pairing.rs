@@ -50,6 +50,8 @@ impl Pairing {
 
 /// Corners of a patch blunter than this may count as straight: 120 degrees.
 const BLUNT: f64 = PI * 2.0 / 3.0;
+/// Weight of sides other than four in the coarsest layout: from the middles of such patches lines run over the whole mesh.
+const OFF_FOUR_WHEN_COARSE: f64 = 4.0;
 /// Weight of the corner angles' squared deviation from the right angle, in irregular vertices for each right angle squared.
 const ANGLE_WEIGHT: f64 = 0.6;
 /// Weight of a fold between merged triangles, in irregular vertices.
@@ -189,6 +191,7 @@ fn candidates(
         last = grown.into_iter().collect();
         groups.extend(last.iter().map(|group| (size, group.clone())));
     }
+    let off_four = if straight_corners { 1.0 } else { OFF_FOUR_WHEN_COARSE };
     let mut found = Vec::new();
     for (_, group) in &groups {
         if !allowed(group, forced) {
@@ -201,16 +204,16 @@ fn candidates(
                 if forced.iter().any(|pair| pair.contains(&group[0])) {
                     return !has_straight;
                 }
-                (choice.cost <= MOST_COST && (straight_corners || !has_straight)) || (single && !has_straight)
+                (choice.cost <= MOST_COST * off_four && (straight_corners || !has_straight)) || (single && !has_straight)
             };
-            found.extend(variants(base, measures, &rim, group).into_iter().filter(useful));
+            found.extend(variants(base, measures, &rim, group, off_four).into_iter().filter(useful));
         }
     }
     Ok(found)
 }
 
 /// The patch with all corners, then those with one or two blunt corners straight.
-fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32]) -> Vec<(Patch, Choice)> {
+fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32], off_four: f64) -> Vec<(Patch, Choice)> {
     let n = rim.border.len();
     let blunt: Vec<usize> = (0..n).filter(|&k| rim.angles[k] > BLUNT).collect();
     let mut straight: Vec<Vec<usize>> = vec![vec![]];
@@ -229,7 +232,7 @@ fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32]) -> Vec<(
                 ((rim.angles[k] - wanted) / FRAC_PI_2).powi(2)
             };
             let patch = rim.patch(group, &corners);
-            let mut cost = f64::from(4_u32.abs_diff(corners.len() as u32));
+            let mut cost = off_four * f64::from(4_u32.abs_diff(corners.len() as u32));
             cost += ANGLE_WEIGHT * (0..n).map(off).sum::<f64>() + FOLD_WEIGHT * fold;
             if corners.len() == 4 {
                 let length: Vec<f64> =

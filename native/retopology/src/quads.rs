@@ -166,7 +166,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     };
     let error = (options.chord_error * diagonal).max(LEAST_CHORD_ERROR * mean_edge);
     if options.chord_error.is_finite() {
-        curvature::bound(base, &measures, error, options.size, &mut size);
+        curvature::bound(base, &measures, error, mean_edge, options.size, &mut size);
     }
     let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
     let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
@@ -229,7 +229,8 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     if options.improve {
         work.improve(&smooth, monitor)?;
     }
-    let (mended, inverted) = work.mend(&smooth, monitor)?;
+    let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
+    let (mended, inverted) = work.mend(&smooth, sound, monitor)?;
     clock.stop("improve");
     monitor.stage("source", 0.95)?;
     let source = work.sources();
@@ -396,12 +397,12 @@ impl Work<'_> {
     }
 
     /// The last resort: see [`mend`]. Returns the places mended and the quads still inverted.
-    fn mend(&mut self, smooth: &SmoothOptions, monitor: &Monitor) -> Result<(usize, usize), LayoutError> {
+    fn mend(&mut self, smooth: &SmoothOptions, sound: f64, monitor: &Monitor) -> Result<(usize, usize), LayoutError> {
         let (features, surfaces) = (self.features(), surfaces(self.charts));
         let start = self.take();
         let before = start.positions.len();
         let setting = Setting { features: &features, outside: &[], chains: &self.rails.lines, surfaces: &surfaces };
-        let Mended { patch, source, places } = mend(start, &setting, smooth, monitor)?;
+        let Mended { patch, source, places } = mend(start, &setting, smooth, sound, monitor)?;
         let inverted = qualities(&patch, &surfaces).iter().filter(|quality| **quality <= 0.0).count();
         self.put(patch, &source, before);
         Ok((places, inverted))

@@ -150,6 +150,9 @@ fn corner_jacobian(p: &[DVec3; 4], k: usize, normal: DVec3) -> f64 {
 const SOFT_MINIMUM: f64 = 14.0;
 /// A move may not push the worst quad round a vertex below this, or further down when it is there already.
 const FLOOR: f64 = 0.3;
+/// Nor may it bring the vertex nearer to a neighbour than this fraction of the mean edge: in a star that is inverted anyway, a
+/// vertex slid to the end of its chain would fall on the vertex there.
+const LEAST_EDGE: f64 = 0.15;
 
 impl Star {
     /// Forgets the quads of the last vertex.
@@ -171,6 +174,11 @@ impl Star {
     fn edge_length(&self, x: DVec3) -> f64 {
         self.quads.iter().map(|q| x.distance(q.others[0]) + x.distance(q.others[2])).sum::<f64>()
             / (2.0 * self.quads.len() as f64)
+    }
+
+    /// Length of the shortest edge at the vertex.
+    fn shortest_edge(&self, x: DVec3) -> f64 {
+        self.quads.iter().map(|q| x.distance(q.others[0]).min(x.distance(q.others[2]))).fold(f64::INFINITY, f64::min)
     }
 
     /// Fixes the regularisation for the candidates of one move: small where all is well, else grown with the worst corner.
@@ -277,8 +285,11 @@ impl Star {
         mut places: impl Iterator<Item = (DVec3, f64)>,
     ) -> Option<(DVec3, f64)> {
         let worst = self.quality(x);
+        let room = self.shortest_edge(x).min(LEAST_EDGE * self.edge_length(x));
         places.find(|&(place, _)| {
-            self.value(place, goal) < before * (1.0 - 1e-9) && self.quality(place) >= worst.min(FLOOR) - 1e-12
+            self.value(place, goal) < before * (1.0 - 1e-9)
+                && self.quality(place) >= worst.min(FLOOR) - 1e-12
+                && self.shortest_edge(place) >= room
         })
     }
 }
