@@ -38,8 +38,8 @@ def retopologize(
     progress: native.Progress | None,
     **options: Any,
 ) -> tuple[Any, Array | None]:
-    """The quads, and the harmonic field (V,) of the edges `field_of`, if any. With `keep` the layout of the last run stays where
-    no mark changed, if mesh and options are the same; without it the result is the same whatever was run before."""
+    """The quads, and the harmonic field (V,) of the edges `field_of`, if any. With `keep` the layout of the last run stays
+    where no mark changed, if mesh and options are the same; without it the result is the same whatever was run before."""
     global _last
     key = _key(mesh, options)
     run = _last if _last is not None and _last.key == key else None

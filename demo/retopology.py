@@ -1,5 +1,5 @@
-"""Pictures of Feature Retopology: for each mesh with features beside it (NAME.obj, NAME.edges40) the input with its features, the
-base triangulation, and the result, side by side on one sheet.
+"""Pictures of Feature Retopology: for each mesh with features beside it (NAME.obj, NAME.edges40) the input with its features,
+the base triangulation, and the result, side by side on one sheet.
 
 Runs inside the bpy module; `python3 dev.py pictures` starts it:
 
@@ -75,8 +75,9 @@ def draw(file: Path, studio: pictures.Studio, faces: int) -> np.ndarray:
     layout = bpy.data.objects[f"{source.name} Layout"]
     report = json.loads(made["quadloom_report"])
     print(
-        f"{file.stem:18} {report['faces']:6} quads, {report['irregular_vertices']:4} irregular, {report['inverted']:3} inverted, "
-        f"{report['base_triangles']:5} base triangles, features {report['features_reproduced']:.1%}",
+        f"{file.stem:18} {report['faces']:6} quads, {report['irregular_vertices']:4} irregular, "
+        f"{report['inverted']:3} inverted, {report['base_triangles']:5} base triangles, "
+        f"features {report['features_reproduced']:.1%}",
         flush=True,
     )
     used = {**pictures.materials(), **{name: pictures.material(name, color) for name, color in COLORS.items()}}

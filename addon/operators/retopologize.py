@@ -52,9 +52,7 @@ class Task:
         mesh = self.mesh if self.stretch is None else self.mesh.transformed(_matrix(self.stretch))
         edges = features.feature_edges(mesh, self.sources)
         field_of = None if self.field == "none" else features.feature_edges(mesh, [self.field])
-        result, field = layouts.retopologize(
-            mesh, edges, keep=self.keep, field_of=field_of, progress=progress, **self.options
-        )
+        result, field = layouts.retopologize(mesh, edges, keep=self.keep, field_of=field_of, progress=progress, **self.options)
         if field is not None:
             layer = Attribute("POINT", "FLOAT", field[:, None].astype(np.float32))
             mesh = replace(mesh, attributes={**mesh.attributes, FIELD: layer})

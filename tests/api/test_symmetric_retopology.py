@@ -56,7 +56,7 @@ def test_the_result_is_its_own_mirror_image_by_index(made):
 
 
 def test_the_result_is_as_valid_as_any(made):
-    mesh, _, _, result = made
+    _, _, _, result = made
     judged = meshcheck.topology(*polygons(result.mesh))
     assert judged["pure_quad"]
     for name in ("nonmanifold_edges", "nonmanifold_vertices", "flipped_edges", "degenerate_faces"):

@@ -270,12 +270,12 @@ impl Mirror {
     ) -> Result<Output, RetopologizeError> {
         let in_plane = &self.half.border_in_plane;
         let mut on_plane = vec![false; made.mesh.vertex_count()];
-        for edge in made.feature_edges.iter().filter(|edge| in_plane.contains(&edge.input_edge)) {
+        for edge in made.feature_edges.iter().filter(|edge| in_plane.contains(&lower_first(edge))) {
             edge.ends.iter().for_each(|&v| on_plane[v as usize] = true);
         }
         let (mesh, mirror) = self.mirrored(&made.mesh, &on_plane)?;
         let near: Vec<OutputFeature> =
-            made.feature_edges.iter().filter(|edge| !cut.contains(&edge.input_edge)).copied().collect();
+            made.feature_edges.iter().filter(|edge| !cut.contains(&lower_first(edge))).copied().collect();
         let feature_edges = self.both_features(near, &mesh, &mirror, &on_plane, all, kinds)?;
         let corner_source = self.both_sources(&made, &mesh, input);
 
@@ -340,7 +340,7 @@ impl Mirror {
         kinds: &BTreeMap<[u32; 2], FeatureKind>,
     ) -> Result<Vec<OutputFeature>, RetopologizeError> {
         let is_on = |v: u32| on_plane.get(v as usize).copied().unwrap_or(false);
-        let lies = |edge: &OutputFeature| self.half.border_in_plane.contains(&edge.input_edge);
+        let lies = |edge: &OutputFeature| self.half.border_in_plane.contains(&lower_first(edge));
         let mut meeting: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for edge in &near {
             for v in edge.ends.into_iter().filter(|&v| is_on(v)) {
@@ -397,6 +397,10 @@ impl Mirror {
         both.extend(images);
         both
     }
+}
+
+fn lower_first(edge: &OutputFeature) -> [u32; 2] {
+    sorted(edge.input_edge[0], edge.input_edge[1])
 }
 
 /// The corners of a mirrored face, as those of the face: the first stays the first.
