@@ -2,8 +2,8 @@
 and squares.
 
 Layers: operators -> jobs, bridge, native and what lies between; panels name operators by their bl_idname only; native.py
-alone imports the wheel. What touches bpy runs on the main thread. attributes.py, features.py, outline.py, patterns.py,
-symmetry.py and native.py touch no bpy: they run on a job's thread too.
+alone imports the wheel. What touches bpy runs on the main thread. attributes.py, features.py, layouts.py, outline.py,
+patterns.py, symmetry.py and native.py touch no bpy: they run on a job's thread too.
 """
 
 from . import command, jobs, properties

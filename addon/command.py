@@ -51,6 +51,8 @@ def main(arguments: list[str]) -> int:
     retopologize.add_argument("--density-factor", type=float, default=4.0, help="how many times shorter edges are at weight 1")
     retopologize.add_argument("--coarseness", type=float, default=0.5, help="0 even edge lengths ... 1 few irregular vertices")
     retopologize.add_argument("--base-vertices", type=int, default=100, help="corners of the layout between features")
+    retopologize.add_argument("--symmetry", choices=["none", "x", "y", "z"], default="none", help="plane through the origin")
+    retopologize.add_argument("--symmetry-tolerance", type=float, default=0.01, help="as a part of the object's size")
     retopologize.add_argument("--preview", action="store_true", help="with the layout's edges as a second object")
     tile_curve = verbs.add_parser("tile-curve", help="fill an outline with triangles and squares")
     tile_curve.add_argument("outline", help="FILE.obj or FILE.blend:OBJECT, a closed flat curve or a flat mesh")
@@ -73,7 +75,8 @@ def main(arguments: list[str]) -> int:
             bpy.ops.quadloom.boolean(hide_inputs=True, **{name: getattr(given, name) for name in names})
         elif given.verb == "retopologize":
             names = ("target_faces", "detect", "detect_length", "density_group", "density_factor", "coarseness")
-            options = {name: getattr(given, name) for name in (*names, "base_vertices", "preview")}
+            names += ("base_vertices", "preview", "symmetry", "symmetry_tolerance")
+            options = {name: getattr(given, name) for name in names}
             options |= {source: source in given.features for source in SOURCES}
             options["detect_angle"] = math.radians(given.detect_angle)
             if given.edge_length is not None:

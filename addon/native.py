@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -49,9 +50,31 @@ def boolean(a: Snapshot, b: Snapshot, *, progress: Progress | None, **options: A
     )
 
 
-def retopologize(mesh: Snapshot, feature_edges: Array, *, progress: Progress | None, **options: Any) -> Any:
-    """`quadloom.retopologize` of a snapshot; raises NativeError or Cancelled."""
-    return _call(lambda: quadloom.retopologize(_mesh(mesh), feature_edges, progress=progress, **options))
+def retopology_session(mesh: Snapshot, feature_edges: Array, *, progress: Progress | None, **options: Any) -> Any:
+    """A `quadloom.RetopologySession` of a snapshot; raises NativeError or Cancelled."""
+    return _call(lambda: quadloom.RetopologySession(_mesh(mesh), feature_edges, progress=progress, **options))
+
+
+def set_features(session: Any, feature_edges: Array, *, progress: Progress | None) -> dict[str, Any]:
+    """Makes these the features of a session; says how many base triangles were made anew."""
+    return _call(lambda: session.set_features(feature_edges, progress=progress))
+
+
+def session_quads(session: Any, templates: Any, *, progress: Progress | None) -> Any:
+    """The quads of a session: what `quadloom.retopologize` returns."""
+    return _call(lambda: session.quads(templates=templates or [], progress=progress))
+
+
+def harmonic_field(session: Any, feature_edges: Array) -> Array:
+    """(V,) a value at every vertex of the session's mesh: 1 on the edges, 0 on all other features."""
+    return _call(lambda: session.field(feature_edges))
+
+
+def template_names(catalogue: str | None) -> list[str]:
+    """The names of the built-in templates and of those in a catalogue, a JSON text."""
+    names = [template["name"] for template in json.loads(quadloom.template_catalogue())["templates"]]
+    own = json.loads(catalogue)["templates"] if catalogue else []
+    return list(dict.fromkeys([*names, *(template["name"] for template in own)]))
 
 
 def check(mesh: Snapshot) -> Any:

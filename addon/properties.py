@@ -1,9 +1,12 @@
 """The options of the tools, declared once: each operator and the panel's settings both inherit them."""
 
 import math
+from pathlib import Path
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from . import native
 
 OPERATION_SIGNS = {"union": "\N{UNION}", "difference": "\N{MINUS SIGN}", "intersection": "\N{INTERSECTION}"}
 
@@ -169,6 +172,16 @@ def tile_curve_uses(options: TileCurveOptions, name: str) -> bool:
     return name != "rotation" or options.fix_rotation
 
 
+def _template_names(options: bpy.types.AnyType, context: bpy.types.Context, text: str) -> list[str]:
+    """The templates there are to choose from, for the search in the field."""
+    try:
+        file = bpy.path.abspath(options.template_file)
+        return native.template_names(Path(file).read_text() if file else None)
+    except (OSError, ValueError, KeyError, TypeError):
+        # The operator says what is wrong with the file.
+        return native.template_names(None)
+
+
 class RetopologizeOptions:
     """Options of `quadloom.retopologize`, a mixin."""
 
@@ -287,6 +300,73 @@ class RetopologizeOptions:
         description="Search for irregular vertices away from features that can go. Slower, and the layout gets lost",
         default=False,
     )
+    symmetry: EnumProperty(
+        name="Symmetry",
+        description="Make the quads exactly symmetric about a plane through the object's origin",
+        items=[
+            ("none", "None", "As the surface comes"),
+            ("x", "X", "Left and right: the plane across the object's X axis"),
+            ("y", "Y", "Front and back: the plane across the object's Y axis"),
+            ("z", "Z", "Above and below: the plane across the object's Z axis"),
+        ],
+        default="none",
+    )
+    symmetry_flip: BoolProperty(
+        name="Keep Negative Side",
+        description="The side of the plane where coordinates are negative decides, instead of the positive one",
+        default=False,
+    )
+    symmetry_tolerance: FloatProperty(
+        name="Tolerance",
+        description="How far the two sides may differ, as a part of the size of the object",
+        default=0.01,
+        min=0.0,
+        max=1.0,
+        soft_max=0.1,
+        subtype="FACTOR",
+    )
+    template: StringProperty(
+        name="Template",
+        description="Pattern for the patch of the layout nearest to the 3D cursor, such as “knuckle”, a loop of edges for a "
+        "joint, an eye or a mouth. Empty for none",
+        default="",
+        search=_template_names,
+        search_options={"SORT", "SUGGESTION"},
+    )
+    template_turn: IntProperty(
+        name="Quarter Turns",
+        description="How often the template is turned by a quarter",
+        default=0,
+        min=0,
+        max=3,
+    )
+    template_file: StringProperty(
+        name="Template File",
+        description="JSON file with templates of your own, beside the built-in ones",
+        default="",
+        subtype="FILE_PATH",
+    )
+    keep_layout: BoolProperty(
+        name="Keep Layout",
+        description="When the same surface is done again with other marks, the layout stays as it is where nothing changed: "
+        "quicker, but the result depends on what was marked before",
+        default=False,
+    )
+    field: EnumProperty(
+        name="Show Field",
+        description="Give the result an attribute “quadloom_field”: 1 on the edges marked this way, falling to 0 at other "
+        "edge loops, as the layout is made from it",
+        items=[
+            ("none", "None", "No attribute"),
+            ("sharp", "Sharp", "The field of edges marked sharp"),
+            ("seam", "Seams", "The field of UV seams"),
+            ("crease", "Creases", "The field of edges with a crease"),
+            ("bevel", "Bevel Weights", "The field of edges with a bevel weight"),
+            ("freestyle", "Freestyle", "The field of edges marked for Freestyle"),
+            ("selected", "Selected", "The field of the edges selected in Edit Mode"),
+        ],
+        default="none",
+    )
     preview: BoolProperty(
         name="Show Layout",
         description="Add the edges of the layout as a second object in front of the result",
@@ -308,11 +388,23 @@ def retopologize_uses(options: RetopologizeOptions, name: str) -> bool:
         return options.detect
     if name in {"target_faces", "edge_length"}:
         return options.size_by == ("faces" if name == "target_faces" else name)
+    if name in {"symmetry_flip", "symmetry_tolerance"}:
+        return options.symmetry != "none"
+    if name == "template_turn":
+        return options.template != ""
     return name != "density_factor" or options.density_group != ""
 
 
 class RetopologizeSettings(RetopologizeOptions, bpy.types.PropertyGroup):
     """What the panel's Retopologize button will do."""
+
+    # An artist marks, runs and marks again; scripts want the same result whatever was run before.
+    keep_layout: BoolProperty(
+        name="Keep Layout",
+        description="When the same surface is done again with other marks, the layout stays as it is where nothing changed: "
+        "quicker, but the result depends on what was marked before",
+        default=True,
+    )
 
 
 class TileCurveSettings(TileCurveOptions, bpy.types.PropertyGroup):

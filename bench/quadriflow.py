@@ -1,7 +1,7 @@
-"""QuadriFlow on triangle meshes, inside Blender; bench/retopology.py starts it: quadriflow.py -- OUT FACES FILE.obj...
+"""QuadriFlow on a triangle mesh, inside Blender; bench/retopology.py starts it: quadriflow.py -- OUT FACES FILE.obj
 
-Features beside each file (FILE.edges40) are marked sharp and kept. Writes OUT/NAME.obj and OUT/seconds.json, with null for
-a mesh that QuadriFlow gives up on.
+Features beside the file (FILE.edges40) are marked sharp and kept. Writes OUT/FILE.obj, and its seconds to OUT/seconds.json:
+null for a mesh that QuadriFlow gives up on.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ def remesh(path: Path, out: Path, faces: int) -> float | None:
 
 
 def main() -> None:
-    out, faces, *files = sys.argv[sys.argv.index("--") + 1 :]
-    seconds = {Path(file).stem: remesh(Path(file), Path(out), int(faces)) for file in files}
+    out, faces, file = sys.argv[sys.argv.index("--") + 1 :]
+    seconds = remesh(Path(file), Path(out), int(faces))
     (Path(out) / "seconds.json").write_text(json.dumps(seconds))
 
 

@@ -28,11 +28,13 @@ def vector(values: Sequence[float]) -> Vector:
 
 def materials() -> dict[str, bpy.types.Material]:
     """The materials of the pictures: the two inputs, new faces, wire."""
-    made = {}
-    for name, color in COLORS.items():
-        material = bpy.data.materials.get(f"demo {name}") or bpy.data.materials.new(f"demo {name}")
-        material.diffuse_color = color
-        made[name] = material
+    return {name: material(name, color) for name, color in COLORS.items()}
+
+
+def material(name: str, color: Sequence[float]) -> bpy.types.Material:
+    """The demo's material of a name, of one color."""
+    made = bpy.data.materials.get(f"demo {name}") or bpy.data.materials.new(f"demo {name}")
+    made.diffuse_color = color
     return made
 
 
@@ -41,10 +43,10 @@ def color_new_faces(made: bpy.types.Object, inputs: Sequence[bpy.types.Object], 
     known = set()
     to_a = [np.eye(4), np.linalg.solve(np.array(made.matrix_world, float), np.array(inputs[1].matrix_world, float))]
     for obj, matrix in zip(inputs, to_a, strict=True):
-        verts = _positions(obj.data).astype(float)
+        verts = positions(obj.data).astype(float)
         verts = np.float32(verts if np.array_equal(matrix, np.eye(4)) else verts @ matrix[:3, :3].T + matrix[:3, 3])
         known |= {frozenset(verts[v].tobytes() for v in face.vertices) for face in obj.data.polygons}
-    verts = _positions(made.data)
+    verts = positions(made.data)
     made.data.materials.append(used["new"])
     slot = len(made.data.materials) - 1
     for face in made.data.polygons:
@@ -55,10 +57,10 @@ def color_new_faces(made: bpy.types.Object, inputs: Sequence[bpy.types.Object], 
 class Studio:
     """A camera and Workbench's settings; `close` takes the camera away again."""
 
-    def __init__(self) -> None:
+    def __init__(self, size: tuple[int, int] = SIZE) -> None:
         scene = bpy.context.scene
         scene.render.engine = "BLENDER_WORKBENCH"
-        scene.render.resolution_x, scene.render.resolution_y = SIZE
+        scene.render.resolution_x, scene.render.resolution_y = self.size = size
         scene.display.render_aa = "8"
         shading = scene.display.shading
         shading.light, shading.color_type, shading.show_cavity = "STUDIO", "MATERIAL", True
@@ -77,14 +79,21 @@ class Studio:
         bpy.data.objects.remove(self.camera)
         bpy.data.cameras.remove(data)
 
-    def shoot(self, objects: Sequence[bpy.types.Object], view, path: str, frame: Sequence[bpy.types.Object]) -> None:
-        """A picture of the objects from the direction `view`, framed to `frame`."""
+    def shoot(
+        self,
+        objects: Sequence[bpy.types.Object],
+        view,
+        path: str,
+        frame: Sequence[bpy.types.Object],
+        bare: Sequence[bpy.types.Object] = (),
+    ) -> None:
+        """A picture of the objects from the direction `view`, framed to `frame`; `bare` ones are drawn without their wire."""
         points = np.concatenate([_world_positions(obj) for obj in frame])
         axes = _camera_axes(view)
         seen = points @ axes.T
         low, high = seen.min(axis=0), seen.max(axis=0)
-        width = max(high[0] - low[0], (high[1] - low[1]) * SIZE[0] / SIZE[1]) * 1.08
-        self._render(objects, axes, axes.T @ ((low + high) / 2), width, path)
+        width = max(high[0] - low[0], (high[1] - low[1]) * self.size[0] / self.size[1]) * 1.08
+        self._render(objects, axes, axes.T @ ((low + high) / 2), width, path, bare)
 
     def shoot_seam(self, made: bpy.types.Object, view, path: str) -> None:
         """A close-up of the part of the seam (the selected edges) nearest to the camera."""
@@ -102,12 +111,18 @@ class Studio:
         self._render([made], axes, target, width, path)
 
     def _render(
-        self, objects: Sequence[bpy.types.Object], axes: np.ndarray, target: np.ndarray, width: float, path: str
+        self,
+        objects: Sequence[bpy.types.Object],
+        axes: np.ndarray,
+        target: np.ndarray,
+        width: float,
+        path: str,
+        bare: Sequence[bpy.types.Object] = (),
     ) -> None:
         scene = bpy.context.scene
         was_hidden = {obj: obj.hide_render for obj in scene.objects}
         for obj in was_hidden:
-            obj.hide_render = obj not in objects
+            obj.hide_render = obj not in objects and obj not in bare
         wires = [_wire(obj, width) for obj in objects]
         distance = 100.0
         self.camera.data.ortho_scale, self.camera.data.clip_end = width, 2 * distance
@@ -147,7 +162,8 @@ def _camera_axes(view) -> np.ndarray:
     return np.stack([right, np.cross(back, right), back])
 
 
-def _positions(mesh: bpy.types.Mesh) -> np.ndarray:
+def positions(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(V,3) float32, in the object's own space."""
     values = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.vertices.foreach_get("co", values)
     return values.reshape(-1, 3)
@@ -155,4 +171,4 @@ def _positions(mesh: bpy.types.Mesh) -> np.ndarray:
 
 def _world_positions(obj: bpy.types.Object) -> np.ndarray:
     matrix = np.array(obj.matrix_world, float)
-    return _positions(obj.data) @ matrix[:3, :3].T + matrix[:3, 3]
+    return positions(obj.data) @ matrix[:3, :3].T + matrix[:3, 3]

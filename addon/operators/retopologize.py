@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import bpy
 import numpy as np
 from bpy.app.translations import pgettext_rpt as translated
+from mathutils.kdtree import KDTree
 
-from .. import attributes, bridge, features, messages, native, selection
-from ..attributes import Array, Snapshot
+from .. import attributes, bridge, features, layouts, messages, native, selection
+from ..attributes import Array, Attribute, Snapshot
 from ..jobs import JobOperator
 from ..properties import RETOPOLOGIZE_OPTIONS, RetopologizeOptions, retopologize_uses
 
-WHEEL_OPTIONS = ("detect", "detect_angle", "detect_length", "corner_angle", "base_vertices", "coarseness", "pairing", "improve")
+WHEEL_OPTIONS = (
+    "detect", "detect_angle", "detect_length", "corner_angle", "base_vertices", "coarseness", "pairing", "improve",
+    "symmetry_tolerance",
+)  # fmt: skip
+FIELD = "quadloom_field"
 # Detected curves go on over edges this much less sharp than where they begin: 25 of 40 degrees.
 CONTINUE_PART = 0.625
 DETECTED = 1
@@ -35,13 +41,21 @@ class Task:
     """(3,3) symmetric: what the object's transform does to shapes; None when it keeps them."""
     sources: tuple[str, ...]
     mark_detected: bool
+    keep: bool
+    """Whether the layout of the last run stays where nothing changed."""
+    field: str
+    """The source of features whose harmonic field is wanted, or "none"."""
     options: dict[str, Any]
 
     def run(self, progress: native.Progress | None) -> Outcome:
         """The result with its attributes. Touches no bpy."""
         mesh = self.mesh if self.stretch is None else self.mesh.transformed(_matrix(self.stretch))
         edges = features.feature_edges(mesh, self.sources)
-        result = native.retopologize(mesh, edges, progress=progress, **self.options)
+        field_of = None if self.field == "none" else features.feature_edges(mesh, [self.field])
+        result, field = layouts.retopologize(mesh, edges, keep=self.keep, field_of=field_of, progress=progress, **self.options)
+        if field is not None:
+            layer = Attribute("POINT", "FLOAT", field[:, None].astype(np.float32))
+            mesh = replace(mesh, attributes={**mesh.attributes, FIELD: layer})
         made = attributes.retopologized(mesh, result)
         if self.mark_detected:
             detected = result.feature_edges[result.feature_kind == DETECTED]
@@ -51,7 +65,7 @@ class Task:
             back = np.linalg.inv(self.stretch)
             made = made.transformed(_matrix(back))
         cut = self.mesh.active_uv is not None and _is_cut(mesh, edges)
-        return Outcome(made, _layout(result, back), len(edges), cut, result.report)
+        return Outcome(made, _layout(result, back), field, len(edges), cut, result.report)
 
 
 @dataclass(frozen=True)
@@ -61,6 +75,8 @@ class Outcome:
     mesh: Snapshot
     layout: Snapshot
     """The base triangulation's edges as a wire."""
+    field: Array | None
+    """(V,) the harmonic field at the vertices of the object, if one was asked for."""
     marked: int
     """Edges that were features by a mark."""
     uv_is_cut: bool
@@ -105,7 +121,7 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
         made = self._add_result(context, source, outcome)
         chosen = [made]
         if self.preview:
-            chosen.append(self._add_layout(context, made, source, outcome.layout))
+            chosen.append(self._add_layout(context, made, source, outcome))
         self._tidy_up(context, source, chosen)
         for warning in outcome.report["warnings"]:
             self.report({"WARNING"}, translated(warning))
@@ -114,6 +130,8 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
             self.report({"WARNING"}, text.format(name=self._task.mesh.active_uv))
         text = translated("{faces:,} quads, {irregular:,} irregular vertices, {features:.1%} of the features are edges")
         report = outcome.report
+        if report["base_triangles_edited"] is not None:
+            text += translated("; the layout is new only near what changed")
         counts = {"faces": report["faces"], "irregular": report["irregular_vertices"]}
         self.report({"INFO"}, text.format(features=report["features_reproduced"], **counts))
         return {"FINISHED"}
@@ -145,6 +163,10 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
             return False
         scale, stretch = _stretch(to_world)
         options = {name: getattr(self, name) for name in WHEEL_OPTIONS}
+        if self.symmetry != "none" and not self._add_symmetry(options, stretch):
+            return False
+        if self.template and not self._add_template(options, context, obj, depsgraph, stretch):
+            return False
         options["detect_continue_angle"] = CONTINUE_PART * self.detect_angle
         options["density"] = features.density(mesh, self.density_group, self.density_factor)
         if self.size_by == "faces":
@@ -152,7 +174,38 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
         else:
             options["edge_length"] = self.edge_length / scale
         sources = tuple(source for source in features.SOURCES if getattr(self, source))
-        self._task = Task(obj.name, mesh, stretch, sources, self.mark_detected, options)
+        self._task = Task(obj.name, mesh, stretch, sources, self.mark_detected, self.keep_layout, self.field, options)
+        return True
+
+    def _add_symmetry(self, options: dict[str, Any], stretch: Array | None) -> bool:
+        """The plane in the object's own space; reports and returns False when the object's scale turns it."""
+        normal = np.eye(3)["xyz".index(self.symmetry)]
+        if stretch is not None and np.abs(np.cross(stretch @ normal, normal)).max() > EVEN_SCALE * np.abs(stretch).max():
+            self.report({"ERROR"}, translated("The object is sheared: apply its scale and rotation to make it symmetric"))
+            return False
+        options["symmetry"] = ((0.0, 0.0, 0.0), tuple((-normal if self.symmetry_flip else normal).tolist()))
+        return True
+
+    def _add_template(
+        self,
+        options: dict[str, Any],
+        context: bpy.types.Context,
+        obj: bpy.types.Object,
+        depsgraph: bpy.types.Depsgraph,
+        stretch: Array | None,
+    ) -> bool:
+        """The template at the 3D cursor; reports and returns False when its file cannot be read."""
+        if self.template_file:
+            try:
+                options["catalogue"] = Path(bpy.path.abspath(self.template_file)).read_text(encoding="utf-8")
+            except (OSError, UnicodeDecodeError) as error:
+                text = translated("The template file cannot be read: {reason}")
+                self.report({"ERROR"}, text.format(reason=error))
+                return False
+        place = np.linalg.solve(bridge.world_matrix(obj, depsgraph), np.append(context.scene.cursor.location, 1.0))[:3]
+        if stretch is not None:
+            place = stretch @ place
+        options["templates"] = [(tuple(place.tolist()), self.template, self.template_turn)]
         return True
 
     def _add_result(self, context: bpy.types.Context, source: bpy.types.Object, outcome: Outcome) -> bpy.types.Object:
@@ -169,9 +222,14 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
         return made
 
     def _add_layout(
-        self, context: bpy.types.Context, made: bpy.types.Object, source: bpy.types.Object, layout: Snapshot
+        self, context: bpy.types.Context, made: bpy.types.Object, source: bpy.types.Object, outcome: Outcome
     ) -> bpy.types.Object:
         name = translated("{name} Layout").format(name=source.name)
+        layout = outcome.layout
+        if outcome.field is not None:
+            values = outcome.field[_nearest(self._task.mesh.positions, layout.positions), None]
+            layer = Attribute("POINT", "FLOAT", values.astype(np.float32))
+            layout = replace(layout, attributes={**layout.attributes, FIELD: layer})
         wire = bpy.data.objects.new(name, bridge.write(name, layout))
         bridge.copy_transform(made, wire)
         wire.show_in_front, wire.hide_render = True, True
@@ -198,6 +256,15 @@ def _stretch(to_world: Array) -> tuple[float, Array | None]:
     if scales.max() - scales.min() <= EVEN_SCALE * scales.max():
         return float(scales.mean()), None
     return 1.0, axes @ np.diag(scales) @ axes.T
+
+
+def _nearest(points: Array, at: Array) -> Array:
+    """For each of some places the nearest of the points."""
+    tree = KDTree(len(points))
+    for index, point in enumerate(points.tolist()):
+        tree.insert(point, index)
+    tree.balance()
+    return np.array([tree.find(place)[1] for place in at.tolist()])
 
 
 def _matrix(linear: Array) -> Array:
@@ -238,5 +305,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Removes the operator."""
+    """Removes the operator and what was kept."""
+    layouts.forget()
     bpy.utils.unregister_class(QUADLOOM_OT_retopologize)

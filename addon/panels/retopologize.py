@@ -87,9 +87,10 @@ class QUADLOOM_PT_retopologize_options(bpy.types.Panel):
         """One row an option."""
         self.layout.use_property_split = True
         shown = {*features.SOURCES, "detect", *DETECTION, *SIZES}
+        settings = context.scene.quadloom.retopologize
         for name in RETOPOLOGIZE_OPTIONS:
-            if name not in shown:
-                self.layout.prop(context.scene.quadloom.retopologize, name)
+            if name not in shown and retopologize_uses(settings, name):
+                self.layout.prop(settings, name)
 
 
 def what_happens(context: bpy.types.Context) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "BaseTriangulation",
     "BooleanResult",
     "Boundary",
     "Cancelled",
@@ -21,6 +22,7 @@ __all__ = [
     "Mesh",
     "QuadloomError",
     "RetopologyResult",
+    "RetopologySession",
     "Symmetry",
     "Tiling",
     "TilingIterator",
@@ -34,6 +36,7 @@ __all__ = [
     "fit_boundary",
     "repair_boundary",
     "retopologize",
+    "template_catalogue",
     "tilings",
 ]
 
@@ -42,6 +45,8 @@ __version__: str
 _Indices: TypeAlias = NDArray[np.int32]
 _Floats: TypeAlias = NDArray[np.float64]
 _Progress: TypeAlias = Callable[[str, float], bool | None]
+_Place: TypeAlias = int | Sequence[float]
+_Template: TypeAlias = tuple[_Place, str] | tuple[_Place, str, int]
 
 class QuadloomError(Exception):
     """Base of every error of this module."""
@@ -233,6 +238,9 @@ class RetopologyResult:
     def base_chain(self) -> _Indices:
         """(B,) the feature chain that each of `base_paths` lies on, -1 for none."""
     @property
+    def mirror(self) -> _Indices | None:
+        """(V,) the mirror image of each vertex of `mesh`, itself on the plane; None when no symmetry was asked for."""
+    @property
     def feature_edges(self) -> _Indices:
         """(E, 2) edges of `mesh` that lie on features, open borders among them, as vertex pairs."""
     @property
@@ -267,6 +275,10 @@ def retopologize(
     coarseness: float = 0.5,
     pairing: Literal["valence", "matching"] = "valence",
     improve: bool = False,
+    symmetry: Literal["x", "y", "z"] | Sequence[Sequence[float]] | None = None,
+    symmetry_tolerance: float = 0.01,
+    templates: Iterable[_Template] | None = None,
+    catalogue: str | None = None,
     progress: _Progress | None = None,
 ) -> RetopologyResult:
     """An all-quad mesh of a surface in which marked edges are chains of edges and corners of features stay where they are.
@@ -286,10 +298,121 @@ def retopologize(
     coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
     pairing: how base triangles become patches; "matching" is the paper's rule.
     improve: whether irregular vertices away from features are searched out one by one, at the price of the coarse layout.
+    symmetry: the plane about which the result is exactly symmetric, by index: "x", "y" or "z" for the plane through the
+        origin across that axis, or (point, normal). The side that the normal points to decides.
+    symmetry_tolerance: how far mirror images of the surface, its marks and borders may be off; fraction of the bounding-box
+        diagonal, 0 or more, `inf` for anything.
+    templates: for pairs of base triangles, [(place, name)] or [(place, name, quarter turns)]: the place is a base edge (a
+        number of `base_edges`) or a point (x, y, z), which takes the pair nearest to it; the name is one of
+        `template_catalogue()` or of `catalogue`.
+    catalogue: templates of your own, the text of a JSON file; `template_catalogue()` is the one built in.
     progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 
-    Raises InvalidMeshError, Cancelled, or QuadloomError when a feature is no edge of the surface or an option is out of
-    range."""
+    Raises InvalidMeshError, Cancelled, or QuadloomError when a feature is no edge of the surface, marks are not symmetric
+    (its elements "edges" are vertex pairs) or an option is out of range."""
+
+def template_catalogue() -> str:
+    """The built-in templates as a JSON text: the form that `catalogue` has."""
+
+@final
+class BaseTriangulation:
+    """The base triangulation of a `RetopologySession`."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """Straight triangles."""
+    @property
+    def edges(self) -> _Indices:
+        """(B, 2) its edges, as vertex pairs."""
+    @property
+    def paths(self) -> list[_Floats]:
+        """Those edges as they lie on the surface: (N, 3) points each, from first to second vertex."""
+    @property
+    def chain(self) -> _Indices:
+        """(B,) the feature chain that each lies on, -1 for none."""
+
+@final
+class RetopologySession:
+    """A surface whose features are edited: what `retopologize` makes, kept from one edit to the next.
+
+    It is made with the arguments of `retopologize`, and costs the time to the base triangulation. An edit makes anew only
+    the base triangles about what changes, where that is possible: the result then depends on the order of edits (the
+    report's "base_triangles_edited" is not None), but keeps every promise. After an error nothing has changed."""
+
+    def __new__(
+        cls,
+        mesh: Mesh,
+        feature_edges: ArrayLike | None = None,
+        feature_verts: ArrayLike | None = None,
+        target_faces: int = 4000,
+        *,
+        edge_length: float | None = None,
+        density: ArrayLike | None = None,
+        detect: bool = False,
+        detect_angle: float = ...,
+        detect_continue_angle: float = ...,
+        detect_length: float = 0.04,
+        corner_angle: float = ...,
+        base_vertices: int = 100,
+        coarseness: float = 0.5,
+        pairing: Literal["valence", "matching"] = "valence",
+        improve: bool = False,
+        symmetry: Literal["x", "y", "z"] | Sequence[Sequence[float]] | None = None,
+        symmetry_tolerance: float = 0.01,
+        templates: Iterable[_Template] | None = None,
+        catalogue: str | None = None,
+        progress: _Progress | None = None,
+    ) -> RetopologySession: ...
+    @property
+    def feature_edges(self) -> _Indices:
+        """(E, 2) the marked edges as they were given last."""
+    @property
+    def feature_verts(self) -> _Indices:
+        """(N,) the marked vertices as they were given last."""
+    def set_features(
+        self,
+        feature_edges: ArrayLike | None = None,
+        feature_verts: ArrayLike | None = None,
+        *,
+        progress: _Progress | None = None,
+    ) -> dict[str, Any]:
+        """Makes these the features, in place of those before. Returns what was done: base triangles "removed" and "added",
+        and whether the "whole" base was made anew."""
+    def add_features(
+        self,
+        feature_edges: ArrayLike | None = None,
+        feature_verts: ArrayLike | None = None,
+        *,
+        progress: _Progress | None = None,
+    ) -> dict[str, Any]:
+        """Marks edges and vertices, each not marked yet. Returns what `set_features` does."""
+    def remove_features(
+        self,
+        feature_edges: ArrayLike | None = None,
+        feature_verts: ArrayLike | None = None,
+        *,
+        progress: _Progress | None = None,
+    ) -> dict[str, Any]:
+        """Takes marks away. Returns what `set_features` does."""
+    def move_features(
+        self, from_edges: ArrayLike, to_edges: ArrayLike, *, progress: _Progress | None = None
+    ) -> dict[str, Any]:
+        """Takes edges away and marks others, in one step. Returns what `set_features` does."""
+    def base(self) -> BaseTriangulation:
+        """The base triangulation: of the kept half when there is a plane of symmetry."""
+    def quads(
+        self, *, templates: Iterable[_Template] | None = None, progress: _Progress | None = None
+    ) -> RetopologyResult:
+        """The quads: what `retopologize` returns. `templates` as there, in place of those before."""
+    def field(
+        self,
+        feature_edges: ArrayLike | None = None,
+        feature_verts: ArrayLike | None = None,
+        *,
+        progress: _Progress | None = None,
+    ) -> _Floats:
+        """(V,) the harmonic field of a feature at the vertices of the mesh, 0 to 1: 1 on these edges and vertices, 0 on all
+        other features and base vertices."""
 
 @final
 class Boundary:

@@ -319,6 +319,118 @@ def test_the_input_stays_visible_when_asked(ball):
     assert not ball.hide_get()
 
 
+def grouped(points: np.ndarray) -> set[tuple[float, ...]]:
+    """Points to compare, with one zero only."""
+    return {tuple(point) for point in (points + 0.0).tolist()}
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.parametrize("scale", [(1.0, 1.0, 1.0), (1.0, 2.0, 0.5)])
+def test_the_result_is_exactly_symmetric_in_the_objects_space(ball, axis, scale):
+    ball.matrix_world = Matrix.Translation((3, -2, 1)) @ Matrix.Rotation(0.5, 4, "Y") @ Matrix.Diagonal((*scale, 1.0))
+    bpy.context.view_layer.update()
+    mark(ball.data, "sharp", ring(ball))
+    made = retopologize(ball, symmetry=axis)
+    verts, faces = shapes.arrays(made)
+    assert shapes.is_closed(faces)
+    assert euler(verts, faces) == 2
+    sign = np.ones(3)
+    sign["xyz".index(axis)] = -1
+    if scale == (1.0, 1.0, 1.0):
+        assert grouped(verts) == grouped(verts * sign), "bit for bit"
+    away = np.linalg.norm(verts[:, None] - (verts * sign)[None], axis=2).min(axis=1)
+    assert away.max() < 1e-6
+    assert report(made)["symmetry_deviation"] < 1e-6
+    found = marked(made.data, "sharp")
+    assert length(made.data, found) == pytest.approx(length(ball.data, ring(ball)), rel=0.02)
+
+
+def test_attributes_of_both_sides_survive_symmetry(ball):
+    group = ball.vertex_groups.new(name="Left")
+    for vertex in ball.data.vertices:
+        group.add([vertex.index], float(vertex.co.x > 0), "REPLACE")
+    made = retopologize(ball, symmetry="x", symmetry_flip=True)
+    for vertex in made.data.vertices:
+        weight = vertex.groups[0].weight if len(vertex.groups) else 0.0
+        if abs(vertex.co.x) > 0.2:
+            assert weight == float(vertex.co.x > 0)
+
+
+def test_refuses_what_is_not_symmetric_and_selects_it(cube):
+    far = [v.index for v in cube.data.vertices if v.co.x > 0.99]
+    for index in far:
+        cube.data.vertices[index].co.x += 0.5
+    shapes.choose(cube)
+    text = refused(bpy.ops.quadloom.retopologize, symmetry="x")
+    assert "“Cube” is not symmetric about the plane" in text
+    assert set(far) <= selected(cube.data)["verts"]
+    made = retopologize(cube, symmetry="x", symmetry_tolerance=1.0)
+    verts, _ = shapes.arrays(made)
+    assert (verts[:, 0].min(), verts[:, 0].max()) == (-1.5, 1.5), "the positive side decides"
+    verts, _ = shapes.arrays(retopologize(cube, symmetry="x", symmetry_tolerance=1.0, symmetry_flip=True))
+    assert (verts[:, 0].min(), verts[:, 0].max()) == (-1.0, 1.0)
+
+
+def test_refuses_marks_on_one_side_and_selects_them(ball):
+    edges = [k for k in ring(ball) if all(ball.data.vertices[v].co.x > 0.3 for v in ball.data.edges[k].vertices)]
+    mark(ball.data, "seam", edges)
+    shapes.choose(ball)
+    text = refused(bpy.ops.quadloom.retopologize, symmetry="x", detect=False)
+    assert "no like on the other side" in text
+    assert selected(ball.data)["edges"] == {frozenset(ball.data.edges[k].vertices) for k in edges}
+
+
+def test_the_layout_is_kept_where_no_mark_changed(ball):
+    options = {**NO_SOURCES, "sharp": True, "seam": True, "hide_input": False, "base_vertices": 300}
+    mark(ball.data, "sharp", ring(ball))
+    first = retopologize(ball, **options, preview=True)
+    assert report(first)["base_triangles_edited"] is None
+    top = [e.index for e in ball.data.edges if all(ball.data.vertices[v].co.z > 0.85 for v in e.vertices)]
+    mark(ball.data, "seam", top[:2])
+    kept = retopologize(ball, **options, keep_layout=True)
+    assert 0 < report(kept)["base_triangles_edited"] < report(kept)["base_triangles"]
+    assert marked(kept.data, "seam")
+    again = retopologize(ball, **options, keep_layout=True)
+    assert np.array_equal(shapes.arrays(again)[0], shapes.arrays(kept)[0]), "the redo panel changes nothing"
+    anew = retopologize(ball, **options)
+    assert report(anew)["base_triangles_edited"] is None
+    retopologize(shapes.add("Other", shapes.box(3)))
+    assert np.array_equal(shapes.arrays(retopologize(ball, **options))[0], shapes.arrays(anew)[0])
+
+
+def test_a_template_goes_where_the_cursor_is(ball, tmp_path):
+    plain = retopologize(ball, hide_input=False)
+    bpy.context.scene.cursor.location = (0, 0, 1)
+    made = retopologize(ball, hide_input=False, template="knuckle")
+    assert not np.array_equal(*[shapes.arrays(obj)[0][:50] for obj in (plain, made)])
+    verts, faces = shapes.arrays(made)
+    assert euler(verts, faces) == 2
+    valence = np.bincount([v for face in faces for v in face])
+    assert (np.linalg.norm(verts[valence != 4] - (0, 0, 1), axis=1) < 0.8).sum() >= 8
+    own = {"name": "two", "sides": [[0, 1, 2], [2, 3], [3, 4, 5], [5, 0]], "quads": [[0, 1, 4, 5], [1, 2, 3, 4]]}
+    file = tmp_path / "templates.json"
+    file.write_text(json.dumps({"templates": [own]}))
+    retopologize(ball, hide_input=False, template="two", template_file=str(file))
+    assert "no template named" in refused(bpy.ops.quadloom.retopologize, template="three", template_file=str(file))
+    missing = str(tmp_path / "none.json")
+    assert "cannot be read" in refused(bpy.ops.quadloom.retopologize, template="two", template_file=missing)
+
+
+def test_the_field_of_a_feature_can_be_shown(ball):
+    mark(ball.data, "seam", ring(ball))
+    made = retopologize(ball, **{**NO_SOURCES, "seam": True, "field": "seam", "preview": True})
+    layer = made.data.attributes["quadloom_field"]
+    assert (layer.domain, layer.data_type) == ("POINT", "FLOAT")
+    values = np.array([item.value for item in layer.data])
+    verts, _ = shapes.arrays(made)
+    assert values[np.abs(verts[:, 2]) < 1e-6] == pytest.approx(1.0, abs=1e-3)
+    assert values.min() > -1e-3
+    assert values[np.abs(verts[:, 2]) > 0.7].mean() < 0.5
+    wire = bpy.data.objects["Ball Layout"].data
+    assert len(wire.attributes["quadloom_field"].data) == len(wire.vertices)
+    assert "quadloom_field" not in ball.data.attributes
+
+
 def test_undo_is_one_step(ball):
     shapes.choose(ball)
     bpy.ops.ed.undo_push(message="before")

@@ -2,7 +2,8 @@
 
     run.py --extension out/quadloom-0.1.0.zip --out out/pictures
 
-The panel is photographed in a real Blender on a virtual display; the results are drawn by demo/demo.py. Nothing is compared
+The panel is photographed in a real Blender on a virtual display; the results are drawn by demo/demo.py and
+demo/retopology.py. Nothing is compared
 pixel by pixel: a picture differs between drivers and versions. It fails when Blender does, or when a picture is missing.
 """
 
@@ -38,6 +39,8 @@ def main() -> int:
         codes.append(blender.run(inside / "windowed.py", [home, str(out)], background=False, **places).returncode)
     demo = ["--extension", str(extension), "--out", str(out)]
     codes.append(blenders.ensure("bpy-5.0").run(ROOT / "demo" / "demo.py", demo, timeout=SECONDS).returncode)
+    retopology = ROOT / "demo" / "retopology.py"
+    codes.append(blenders.ensure("bpy-5.0").run(retopology, demo, timeout=SECONDS).returncode)
     missing = [name for name in PANEL if not (out / name).exists()]
     if missing:
         print(f"not drawn: {', '.join(missing)}")

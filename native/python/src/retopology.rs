@@ -1,4 +1,4 @@
-//! `quadloom.retopologize` and its result.
+//! `quadloom.retopologize`, its result, and the session that keeps it between edits.
 
 use crate::arrays;
 use crate::errors::{self, InternalError, InvalidMeshError, QuadloomError};
@@ -8,11 +8,17 @@ use ::retopology::build::BaseOptions;
 use ::retopology::detect::DetectOptions;
 use ::retopology::failure::Elements;
 use ::retopology::features::Features;
-use ::retopology::{CornerSource, LayoutOptions, Options, Output, Pairing, RetopologizeError, Size};
+use ::retopology::project::Project;
+use ::retopology::symmetry::{Plane, Symmetry};
+use ::retopology::{
+    BasePath, Catalogue, CornerSource, LayoutOptions, Options, Output, Pairing, RetopologizeError, Size,
+    TemplateChoice, TemplatePlace,
+};
 use mesh::{DVec3, NONE};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use std::sync::Arc;
+use pyo3::types::PyDict;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What `retopologize` returns.
 #[pyclass(frozen, get_all, module = "quadloom")]
@@ -27,6 +33,8 @@ pub struct RetopologyResult {
     base_paths: Vec<Py<PyArray2<f64>>>,
     /// (B,) int32: the feature chain that each of `base_paths` lies on, -1 for none.
     base_chain: Py<PyArray1<i32>>,
+    /// (V,) int32: the mirror image of each vertex of `mesh`, itself on the plane; None when no symmetry was asked for.
+    mirror: Option<Py<PyArray1<i32>>>,
     /// (E, 2) int32: edges of `mesh` that lie on features, open borders among them, as vertex pairs.
     feature_edges: Py<PyArray2<i32>>,
     /// (E,) int32: the chain each of `feature_edges` belongs to; a chain runs from corner to corner.
@@ -39,6 +47,35 @@ pub struct RetopologyResult {
     corner_source: Py<CornerPoints>,
     /// What was done: counts, quality, seconds a stage, warnings.
     report: Py<PyAny>,
+}
+
+/// The base triangulation of a `RetopologySession`.
+#[pyclass(frozen, get_all, module = "quadloom")]
+pub struct BaseTriangulation {
+    /// Straight triangles.
+    mesh: Py<Mesh>,
+    /// (B, 2) int32: its edges, as vertex pairs.
+    edges: Py<PyArray2<i32>>,
+    /// Those edges as they lie on the surface: a list of B (N, 3) float64 arrays of points, from first to second vertex.
+    paths: Vec<Py<PyArray2<f64>>>,
+    /// (B,) int32: the feature chain that each lies on, -1 for none.
+    chain: Py<PyArray1<i32>>,
+}
+
+impl BaseTriangulation {
+    fn new(py: Python<'_>, mesh: ::mesh::PolygonMesh, paths: &[BasePath]) -> PyResult<Self> {
+        let path = |path: &BasePath| {
+            let rows: Vec<[f64; 3]> = path.points.iter().map(DVec3::to_array).collect();
+            Ok::<_, PyErr>(arrays::rows(py, &rows)?.unbind())
+        };
+        let chain = |chain: Option<u32>| chain.filter(|&c| c != NONE).map_or(-1, |c| c as i32);
+        Ok(Self {
+            mesh: Py::new(py, Mesh::from(mesh))?,
+            edges: arrays::index_pairs(py, &paths.iter().map(|path| path.ends).collect::<Vec<_>>())?.unbind(),
+            paths: paths.iter().map(path).collect::<PyResult<_>>()?,
+            chain: PyArray1::from_iter(py, paths.iter().map(|path| chain(path.chain))).unbind(),
+        })
+    }
 }
 
 /// Where each of the C corners of a result takes its attributes from: a point of a face of the input, on the corner's own
@@ -57,6 +94,9 @@ pub struct CornerPoints {
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<RetopologyResult>()?;
     module.add_class::<CornerPoints>()?;
+    module.add_class::<BaseTriangulation>()?;
+    module.add_class::<RetopologySession>()?;
+    module.add_function(wrap_pyfunction!(template_catalogue, module)?)?;
     module.add_function(wrap_pyfunction!(retopologize, module)?)
 }
 
@@ -79,11 +119,19 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
 /// pairing: "valence" or "matching": how base triangles become patches; "matching" is the paper's rule.
 /// improve: whether irregular vertices away from features are searched out one by one, at the price of the coarse layout.
+/// symmetry: the plane about which the result is exactly symmetric, by index: "x", "y" or "z" for the plane through the origin
+///     across that axis, or (point, normal). The side that the normal points to decides.
+/// symmetry_tolerance: how far mirror images of the surface, its marks and borders may be off; fraction of the bounding-box
+///     diagonal, 0 or more, `inf` for anything.
+/// templates: for pairs of base triangles, [(place, name)] or [(place, name, quarter turns)]: the place is a base edge (a number
+///     of `base_edges`) or a point (x, y, z), which takes the pair nearest to it; the name is one of `template_catalogue()` or of
+///     `catalogue`.
+/// catalogue: templates of your own, the text of a JSON file; `template_catalogue()` is the one built in.
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
-/// Raises `InvalidMeshError` (no manifold with one side out, no area ...), `Cancelled`, or `QuadloomError` when a feature is
-/// no edge of the surface (its elements "features" and "feature_verts" are positions in the lists given)
-/// or an option is out of range.
+/// Raises `InvalidMeshError` (no manifold with one side out, no area, not symmetric ...), `Cancelled`, or `QuadloomError` when
+/// a feature is no edge of the surface (its elements "features" and "feature_verts" are positions in the lists given), marks
+/// are not symmetric (its elements "edges" are vertex pairs), or an option is out of range.
 ///
 /// The interpreter is released throughout. Same input, same bytes out. Time grows about linearly with the faces of input and
 /// result. After J. Daniels et al., Template-based quadrilateral meshing, Computers & Graphics 35(3), 2011.
@@ -92,7 +140,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     mesh, feature_edges = None, feature_verts = None, target_faces = 4000, *, edge_length = None, density = None,
     detect = false, detect_angle = 0.698_131_700_797_731_8, detect_continue_angle = 0.436_332_312_998_582_4,
     detect_length = 0.04, corner_angle = 0.872_664_625_997_164_8, base_vertices = 100, coarseness = 0.5,
-    pairing = "valence", improve = false, progress = None
+    pairing = "valence", improve = false, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
+    progress = None
 ))]
 // One Python keyword each: the signature is the interface.
 #[allow(clippy::too_many_arguments)]
@@ -113,50 +162,370 @@ pub fn retopologize(
     coarseness: f64,
     pairing: &str,
     improve: bool,
+    symmetry: Option<Bound<'_, PyAny>>,
+    symmetry_tolerance: f64,
+    templates: Option<Bound<'_, PyAny>>,
+    catalogue: Option<String>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<RetopologyResult> {
+    let keywords = Keywords {
+        target_faces,
+        edge_length,
+        density,
+        detect,
+        detect_angle,
+        detect_continue_angle,
+        detect_length,
+        corner_angle,
+        base_vertices,
+        coarseness,
+        pairing: pairing.to_owned(),
+        improve,
+        symmetry,
+        symmetry_tolerance,
+        templates,
+        catalogue,
+    };
     let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
-    let features = Features {
-        edges: feature_edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges")).map_err(bad_option)?,
-        vertices: feature_verts
-            .map_or(Ok(vec![]), |given| arrays::indices(&given, "feature_verts"))
-            .map_err(bad_option)?,
-    };
-    let density = density.map_or(Ok(vec![]), |given| arrays::numbers(&given, "density")).map_err(bad_option)?;
-    if density.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
-        return Err(bad_option("density must be a positive number at every vertex".into()));
-    }
-    if !(0.0..=1.0).contains(&coarseness) {
-        return Err(bad_option(format!("coarseness is {coarseness}, but it must lie between 0 and 1")));
-    }
-    let pairing = match pairing {
-        "valence" => Pairing::default(),
-        "matching" => Pairing::PAPER,
-        _ => return Err(bad_option(format!("pairing is \"{pairing}\"; it must be one of: valence, matching"))),
-    };
-    let detection =
-        DetectOptions { start_angle: detect_angle, continue_angle: detect_continue_angle, min_length: detect_length };
-    let options = Options {
-        base: BaseOptions {
-            vertices: whole(base_vertices),
-            corner_angle,
-            detect: detect.then_some(detection),
-            ..BaseOptions::default()
-        },
-        layout: LayoutOptions {
-            size: edge_length.map_or(Size::TargetFaces(whole(target_faces) as usize), Size::EdgeLength),
-            density: density.iter().map(|d| d.recip()).collect(),
-            pairing,
-            irregularity: irregularity(coarseness),
-            improve,
-            ..LayoutOptions::default()
-        },
-    };
+    let features = to_features(feature_edges, feature_verts).map_err(bad_option)?;
+    let options = keywords.options().map_err(bad_option)?;
     let mesh = Arc::clone(&mesh.get().inner);
     let outcome = worker::run(py, progress.as_ref(), move |monitor| {
         ::retopology::retopologize(&mesh, &features, &options, monitor)
     })?;
     to_result(py, outcome.map_err(|error| to_exception(py, error))?)
+}
+
+/// The built-in templates as a JSON text: the form that `catalogue` has.
+#[pyfunction]
+pub fn template_catalogue(py: Python<'_>) -> PyResult<String> {
+    let text = Catalogue::default().to_json();
+    text.map_err(|error| errors::raise_plain::<InternalError>(py, "internal", error.to_string()))
+}
+
+/// A surface whose features are edited: what `retopologize` makes, kept from one edit to the next.
+///
+/// It is made with the arguments of `retopologize`, and costs the time to the base triangulation. An edit makes anew only the
+/// base triangles about what changes, where that is possible: the result then depends on the order of edits (the report's
+/// "base_triangles_edited" is not None), but keeps every promise. After an error nothing has changed.
+#[pyclass(frozen, module = "quadloom")]
+pub struct RetopologySession {
+    project: Arc<Mutex<Project>>,
+}
+
+#[pymethods]
+impl RetopologySession {
+    #[new]
+    #[pyo3(signature = (
+        mesh, feature_edges = None, feature_verts = None, target_faces = 4000, *, edge_length = None, density = None,
+        detect = false, detect_angle = 0.698_131_700_797_731_8, detect_continue_angle = 0.436_332_312_998_582_4,
+        detect_length = 0.04, corner_angle = 0.872_664_625_997_164_8, base_vertices = 100, coarseness = 0.5,
+        pairing = "valence", improve = false, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
+        progress = None
+    ))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        mesh: &Bound<'_, Mesh>,
+        feature_edges: Option<Bound<'_, PyAny>>,
+        feature_verts: Option<Bound<'_, PyAny>>,
+        target_faces: i64,
+        edge_length: Option<f64>,
+        density: Option<Bound<'_, PyAny>>,
+        detect: bool,
+        detect_angle: f64,
+        detect_continue_angle: f64,
+        detect_length: f64,
+        corner_angle: f64,
+        base_vertices: i64,
+        coarseness: f64,
+        pairing: &str,
+        improve: bool,
+        symmetry: Option<Bound<'_, PyAny>>,
+        symmetry_tolerance: f64,
+        templates: Option<Bound<'_, PyAny>>,
+        catalogue: Option<String>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let keywords = Keywords {
+            target_faces,
+            edge_length,
+            density,
+            detect,
+            detect_angle,
+            detect_continue_angle,
+            detect_length,
+            corner_angle,
+            base_vertices,
+            coarseness,
+            pairing: pairing.to_owned(),
+            improve,
+            symmetry,
+            symmetry_tolerance,
+            templates,
+            catalogue,
+        };
+        let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
+        let features = to_features(feature_edges, feature_verts).map_err(bad_option)?;
+        let options = keywords.options().map_err(bad_option)?;
+        let mesh = Arc::clone(&mesh.get().inner);
+        let outcome = worker::run(py, progress.as_ref(), move |monitor| {
+            Project::new((*mesh).clone(), &features, &options, monitor)
+        })?;
+        let project = outcome.map_err(|error| to_exception(py, error))?;
+        Ok(Self { project: Arc::new(Mutex::new(project)) })
+    }
+
+    /// (E, 2) int32: the marked edges as they were given last.
+    #[getter]
+    fn feature_edges(&self, py: Python<'_>) -> PyResult<Py<PyArray2<i32>>> {
+        Ok(arrays::index_pairs(py, &lock(&self.project).features().edges)?.unbind())
+    }
+
+    /// (N,) int32: the marked vertices as they were given last.
+    #[getter]
+    fn feature_verts(&self, py: Python<'_>) -> Py<PyArray1<i32>> {
+        arrays::index_array(py, &lock(&self.project).features().vertices).unbind()
+    }
+
+    /// Makes these the features, in place of those before. Returns what was done: base triangles "removed" and "added", and
+    /// whether the "whole" base was made anew.
+    #[pyo3(signature = (feature_edges = None, feature_verts = None, *, progress = None))]
+    fn set_features(
+        &self,
+        py: Python<'_>,
+        feature_edges: Option<Bound<'_, PyAny>>,
+        feature_verts: Option<Bound<'_, PyAny>>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyDict>> {
+        let features = given_features(py, feature_edges, feature_verts)?;
+        self.edit(py, progress, move |_| Ok(features))
+    }
+
+    /// Marks edges and vertices, each not marked yet. Returns what `set_features` does.
+    #[pyo3(signature = (feature_edges = None, feature_verts = None, *, progress = None))]
+    fn add_features(
+        &self,
+        py: Python<'_>,
+        feature_edges: Option<Bound<'_, PyAny>>,
+        feature_verts: Option<Bound<'_, PyAny>>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyDict>> {
+        let features = given_features(py, feature_edges, feature_verts)?;
+        self.edit(py, progress, move |marked| Ok(marked.with(&features)))
+    }
+
+    /// Takes marks away. Returns what `set_features` does.
+    #[pyo3(signature = (feature_edges = None, feature_verts = None, *, progress = None))]
+    fn remove_features(
+        &self,
+        py: Python<'_>,
+        feature_edges: Option<Bound<'_, PyAny>>,
+        feature_verts: Option<Bound<'_, PyAny>>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyDict>> {
+        let features = given_features(py, feature_edges, feature_verts)?;
+        self.edit(py, progress, move |marked| marked.without(&features))
+    }
+
+    /// Takes edges away and marks others, in one step. Returns what `set_features` does.
+    #[pyo3(signature = (from_edges, to_edges, *, progress = None))]
+    fn move_features(
+        &self,
+        py: Python<'_>,
+        from_edges: Bound<'_, PyAny>,
+        to_edges: Bound<'_, PyAny>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyDict>> {
+        let (from, to) = (given_features(py, Some(from_edges), None)?, given_features(py, Some(to_edges), None)?);
+        self.edit(py, progress, move |marked| Ok(marked.without(&from)?.with(&to)))
+    }
+
+    /// The base triangulation: of the kept half when there is a plane of symmetry.
+    fn base(&self, py: Python<'_>) -> PyResult<BaseTriangulation> {
+        let base = lock(&self.project).base();
+        let (mesh, paths) = base.map_err(|error| to_exception(py, error))?;
+        BaseTriangulation::new(py, mesh, &paths)
+    }
+
+    /// The quads: what `retopologize` returns. `templates` as there, in place of those before.
+    #[pyo3(signature = (*, templates = None, progress = None))]
+    fn quads(
+        &self,
+        py: Python<'_>,
+        templates: Option<Bound<'_, PyAny>>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<RetopologyResult> {
+        let templates = templates.map(|given| places(&given)).transpose();
+        let templates = templates.map_err(|sentence| errors::raise_plain::<QuadloomError>(py, "option", sentence))?;
+        let project = Arc::clone(&self.project);
+        let outcome = worker::run(py, progress.as_ref(), move |monitor| {
+            let mut project = lock(&project);
+            if let Some(templates) = templates {
+                project.set_templates(templates);
+            }
+            project.quads(monitor)
+        })?;
+        to_result(py, outcome.map_err(|error| to_exception(py, error))?)
+    }
+
+    /// (V,) float64: the harmonic field of a feature at the vertices of the mesh, 0 to 1: 1 on these edges and vertices, 0 on
+    /// all other features and base vertices.
+    #[pyo3(signature = (feature_edges = None, feature_verts = None, *, progress = None))]
+    fn field(
+        &self,
+        py: Python<'_>,
+        feature_edges: Option<Bound<'_, PyAny>>,
+        feature_verts: Option<Bound<'_, PyAny>>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyArray1<f64>>> {
+        let feature = given_features(py, feature_edges, feature_verts)?;
+        let project = Arc::clone(&self.project);
+        let outcome = worker::run(py, progress.as_ref(), move |monitor| lock(&project).field(&feature, monitor))?;
+        Ok(PyArray1::from_vec(py, outcome.map_err(|error| to_exception(py, error))?).unbind())
+    }
+}
+
+impl RetopologySession {
+    fn edit(
+        &self,
+        py: Python<'_>,
+        progress: Option<Bound<'_, PyAny>>,
+        change: impl FnOnce(&Features) -> Result<Features, RetopologizeError> + Send + 'static,
+    ) -> PyResult<Py<PyDict>> {
+        let project = Arc::clone(&self.project);
+        let outcome = worker::run(py, progress.as_ref(), move |monitor| {
+            let mut project = lock(&project);
+            let features = change(project.features())?;
+            project.set_features(&features, monitor)
+        })?;
+        let done = outcome.map_err(|error| to_exception(py, error))?;
+        let report = PyDict::new(py);
+        report.set_item("removed", done.removed)?;
+        report.set_item("added", done.added)?;
+        report.set_item("whole", done.whole)?;
+        Ok(report.unbind())
+    }
+}
+
+/// A panic while it was held has reached the caller as an exception; what is left is as before the edit.
+fn lock(project: &Mutex<Project>) -> MutexGuard<'_, Project> {
+    project.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn given_features(
+    py: Python<'_>,
+    edges: Option<Bound<'_, PyAny>>,
+    vertices: Option<Bound<'_, PyAny>>,
+) -> PyResult<Features> {
+    to_features(edges, vertices).map_err(|sentence| errors::raise_plain::<QuadloomError>(py, "option", sentence))
+}
+
+fn to_features(edges: Option<Bound<'_, PyAny>>, vertices: Option<Bound<'_, PyAny>>) -> Result<Features, String> {
+    Ok(Features {
+        edges: edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges"))?,
+        vertices: vertices.map_or(Ok(vec![]), |given| arrays::indices(&given, "feature_verts"))?,
+    })
+}
+
+/// The options by their Python names.
+struct Keywords<'py> {
+    target_faces: i64,
+    edge_length: Option<f64>,
+    density: Option<Bound<'py, PyAny>>,
+    detect: bool,
+    detect_angle: f64,
+    detect_continue_angle: f64,
+    detect_length: f64,
+    corner_angle: f64,
+    base_vertices: i64,
+    coarseness: f64,
+    pairing: String,
+    improve: bool,
+    symmetry: Option<Bound<'py, PyAny>>,
+    symmetry_tolerance: f64,
+    templates: Option<Bound<'py, PyAny>>,
+    catalogue: Option<String>,
+}
+
+impl Keywords<'_> {
+    fn options(self) -> Result<Options, String> {
+        let density = self.density.map_or(Ok(vec![]), |given| arrays::numbers(&given, "density"))?;
+        if density.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
+            return Err("density must be a positive number at every vertex".into());
+        }
+        if !(0.0..=1.0).contains(&self.coarseness) {
+            return Err(format!("coarseness is {}, but it must lie between 0 and 1", self.coarseness));
+        }
+        let pairing = match self.pairing.as_str() {
+            "valence" => Pairing::default(),
+            "matching" => Pairing::PAPER,
+            other => return Err(format!("pairing is \"{other}\"; it must be one of: valence, matching")),
+        };
+        let detection = DetectOptions {
+            start_angle: self.detect_angle,
+            continue_angle: self.detect_continue_angle,
+            min_length: self.detect_length,
+        };
+        let mut catalogue = Catalogue::default();
+        if let Some(text) = &self.catalogue {
+            let own = Catalogue::from_json(text).map_err(|error| error.to_string())?;
+            // A file may begin as a copy of the built-in one.
+            let fresh = own.templates.into_iter().filter(|template| !catalogue.templates.contains(template)).collect();
+            catalogue.extend(Catalogue { templates: fresh }).map_err(|error| error.to_string())?;
+        }
+        let tolerance = self.symmetry_tolerance;
+        let symmetry = self.symmetry.map(|given| plane(&given)).transpose()?;
+        Ok(Options {
+            base: BaseOptions {
+                vertices: whole(self.base_vertices),
+                corner_angle: self.corner_angle,
+                detect: self.detect.then_some(detection),
+                ..BaseOptions::default()
+            },
+            layout: LayoutOptions {
+                size: self.edge_length.map_or(Size::TargetFaces(whole(self.target_faces) as usize), Size::EdgeLength),
+                density: density.iter().map(|d| d.recip()).collect(),
+                pairing,
+                irregularity: irregularity(self.coarseness),
+                catalogue,
+                improve: self.improve,
+                ..LayoutOptions::default()
+            },
+            symmetry: symmetry.map(|plane| Symmetry { plane, tolerance }),
+            templates: self.templates.map_or(Ok(vec![]), |given| places(&given))?,
+        })
+    }
+}
+
+/// "x", "y", "z", or a point and a normal.
+fn plane(given: &Bound<'_, PyAny>) -> Result<Plane, String> {
+    let bad = || "symmetry must be \"x\", \"y\", \"z\" or a pair (point, normal) of three numbers each".to_owned();
+    if let Ok(axis) = given.extract::<String>() {
+        let axes = [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)];
+        let found = axes.iter().find(|(name, _)| axis.eq_ignore_ascii_case(name));
+        return found.map(|&(_, normal)| Plane { point: DVec3::ZERO, normal }).ok_or_else(bad);
+    }
+    let [point, normal]: [[f64; 3]; 2] = given.extract().map_err(|_| bad())?;
+    Ok(Plane { point: point.into(), normal: normal.into() })
+}
+
+/// Templates and where they go.
+fn places(given: &Bound<'_, PyAny>) -> Result<Vec<(TemplatePlace, TemplateChoice)>, String> {
+    let bad = |_| {
+        "templates must be pairs (place, name) or triples (place, name, turn); a place is a base edge or a point (x, y, z)".to_owned()
+    };
+    let one = |entry: PyResult<Bound<'_, PyAny>>| {
+        let entry = entry.map_err(bad)?;
+        let (place, template, turn): (Bound<'_, PyAny>, String, usize) =
+            entry.extract().or_else(|_| entry.extract().map(|(place, name)| (place, name, 0))).map_err(bad)?;
+        let place = match place.extract::<u32>() {
+            Ok(edge) => TemplatePlace::Edge(edge),
+            Err(_) => TemplatePlace::Point(place.extract::<[f64; 3]>().map_err(bad)?.into()),
+        };
+        Ok((place, TemplateChoice { template, turn }))
+    };
+    given.try_iter().map_err(bad)?.map(one).collect()
 }
 
 /// Out of range is out of range: the crate says so.
@@ -175,18 +544,14 @@ fn to_result(py: Python<'_>, output: Output) -> PyResult<RetopologyResult> {
     let features = &output.feature_edges;
     let edges: Vec<[u32; 2]> = features.iter().map(|edge| edge.ends).collect();
     let sources: Vec<[u32; 2]> = features.iter().map(|edge| edge.input_edge).collect();
-    let path = |points: &[DVec3]| {
-        let rows: Vec<[f64; 3]> = points.iter().map(DVec3::to_array).collect();
-        Ok::<_, PyErr>(arrays::rows(py, &rows)?.unbind())
-    };
-    let chain = |chain: Option<u32>| chain.filter(|&c| c != NONE).map_or(-1, |c| c as i32);
+    let base = BaseTriangulation::new(py, output.base, &output.base_paths)?;
     Ok(RetopologyResult {
         mesh: Py::new(py, Mesh::from(output.mesh))?,
-        base: Py::new(py, Mesh::from(output.base))?,
-        base_edges: arrays::index_pairs(py, &output.base_paths.iter().map(|base| base.ends).collect::<Vec<_>>())?
-            .unbind(),
-        base_paths: output.base_paths.iter().map(|base| path(&base.points)).collect::<PyResult<_>>()?,
-        base_chain: PyArray1::from_iter(py, output.base_paths.iter().map(|base| chain(base.chain))).unbind(),
+        base: base.mesh,
+        base_edges: base.edges,
+        base_paths: base.paths,
+        base_chain: base.chain,
+        mirror: (!output.mirror.is_empty()).then(|| arrays::index_array(py, &output.mirror).unbind()),
         feature_edges: arrays::index_pairs(py, &edges)?.unbind(),
         feature_chain: PyArray1::from_iter(py, features.iter().map(|edge| edge.chain as i32)).unbind(),
         feature_kind: PyArray1::from_iter(py, features.iter().map(|edge| edge.kind as i32)).unbind(),

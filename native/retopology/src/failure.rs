@@ -70,7 +70,7 @@ impl From<LayoutError> for RetopologizeError {
     fn from(error: LayoutError) -> Self {
         match error {
             LayoutError::Cancelled(cancelled) => Self::Cancelled(cancelled),
-            LayoutError::BadOption { .. } => Self::Option(error.to_string()),
+            LayoutError::BadOption { .. } | LayoutError::Template(_) => Self::Option(error.to_string()),
             _ => Self::bug(&format!("no quads: {error}")),
         }
     }

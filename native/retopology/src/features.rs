@@ -4,8 +4,9 @@
 //! network once it is cut at its corners, so features never cross: where they meet there is a corner.
 
 use crate::base_error::RetopologyError;
+use crate::failure::RetopologizeError;
 use mesh::{DVec3, NONE, Topology, TriangleMesh, sorted};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What the artist marked. Borders of the surface are features without being marked.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -14,6 +15,44 @@ pub struct Features {
     pub edges: Vec<[u32; 2]>,
     /// Marked vertices: each becomes a base vertex.
     pub vertices: Vec<u32>,
+}
+
+impl Features {
+    /// These and others.
+    #[must_use]
+    pub fn with(&self, others: &Self) -> Self {
+        let mut both = self.clone();
+        both.edges.extend(&others.edges);
+        both.vertices.extend(&others.vertices);
+        both
+    }
+
+    /// Those that are not among others, each of which must be one of these. O(n log n).
+    ///
+    /// # Errors
+    /// [`RetopologizeError::Feature`] with the positions of those that are none.
+    pub fn without(&self, others: &Self) -> Result<Self, RetopologizeError> {
+        let mut edges: BTreeSet<[u32; 2]> = self.edges.iter().map(|&[a, b]| sorted(a, b)).collect();
+        let mut vertices: BTreeSet<u32> = self.vertices.iter().copied().collect();
+        let positions = |n: usize, gone: &mut dyn FnMut(usize) -> bool| -> Vec<u32> {
+            (0..n).filter(|&k| !gone(k)).map(|k| k as u32).collect()
+        };
+        let strange =
+            positions(others.edges.len(), &mut |k| edges.remove(&sorted(others.edges[k][0], others.edges[k][1])));
+        let strange_vertices = positions(others.vertices.len(), &mut |k| vertices.remove(&others.vertices[k]));
+        if strange.is_empty() && strange_vertices.is_empty() {
+            let kept = self.edges.iter().copied().filter(|&[a, b]| edges.contains(&sorted(a, b))).collect();
+            return Ok(Self { edges: kept, vertices: vertices.into_iter().collect() });
+        }
+        Err(RetopologizeError::Feature {
+            code: "feature_not_marked",
+            sentence: format!(
+                "{} of the features to take away are not marked; take away only what was marked, and each once",
+                strange.len() + strange_vertices.len()
+            ),
+            elements: [("features", strange), ("feature_verts", strange_vertices)].into(),
+        })
+    }
 }
 
 /// A curve of the network.

@@ -10,21 +10,26 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) struct Half {
     pub plane: Plane,
     /// Distance from the plane up to which a vertex is on it.
-    pub tolerance: f64,
+    tolerance: f64,
     pub mesh: TriangleMesh,
     /// The input triangle that each triangle is part of.
     pub source: Vec<u32>,
-    /// What is left of the features. Where the cut meets another border there is a marked vertex.
-    pub features: Features,
-    /// Marked edges in the plane.
-    pub marked_in_plane: BTreeSet<[u32; 2]>,
+    /// Edges of its border that lie in the plane.
+    pub border_in_plane: BTreeSet<[u32; 2]>,
+    /// Where such a border meets another one.
+    meeting: Vec<u32>,
+    topology: Topology,
+    /// For each input vertex 1 before the plane, 0 on it, -1 behind it.
+    side: Vec<i32>,
+    /// Its vertex at an input vertex, given twice, or on an edge that the plane cuts.
+    known: BTreeMap<[u32; 2], u32>,
     /// For each vertex the two input vertices it lies between, and how far from the first to the second.
     between: Vec<([u32; 2], f64)>,
 }
 
 /// Cuts a surface at a plane with a normal of length 1 and keeps what lies before it. Triangles in the plane are left out. Where
 /// the kept part touches itself in a vertex of the plane, it comes apart. O(n log n).
-pub(crate) fn halve(mesh: &TriangleMesh, features: &Features, plane: Plane, tolerance: f64) -> Half {
+pub(crate) fn halve(mesh: &TriangleMesh, plane: Plane, tolerance: f64) -> Half {
     let side: Vec<i32> = mesh
         .positions
         .iter()
@@ -57,27 +62,10 @@ pub(crate) fn halve(mesh: &TriangleMesh, features: &Features, plane: Plane, tole
         }
         source.resize(triangles.len(), t as u32);
     }
-    // Marks that are on this side; the part of an edge that crosses.
-    let known = &cutter.known;
-    let own = |v: u32| known.get(&[v, v]).copied();
-    let mut edges: Vec<[u32; 2]> = features
-        .edges
-        .iter()
-        .filter_map(|&[a, b]| match side_of(a) * side_of(b) {
-            -1 => known.get(&sorted(a, b)).copied().zip(own(if side_of(a) > 0 { a } else { b })),
-            _ => own(a).zip(own(b)),
-        })
-        .map(|(a, b)| sorted(a, b))
-        .collect();
-    let mut vertices: Vec<u32> = features.vertices.iter().filter_map(|&v| own(v)).collect();
-
-    let Cutter { mut positions, mut between, .. } = cutter;
+    let Cutter { mut positions, mut between, known, .. } = cutter;
     come_apart(&mut triangles, &mut positions, &mut between);
     let half = TriangleMesh { positions, triangles };
     let topology = Topology::of_triangles(&half);
-    // Marks between vertices of the plane need not be edges of the half, or belong to a copy of their vertex.
-    edges.retain(|&[a, b]| topology.find(a, b).or_else(|| topology.find(b, a)).is_some());
-    vertices.retain(|&v| topology.outgoing[v as usize] != NONE);
     let in_plane = |v: u32| plane.distance(half.positions[v as usize]).abs() <= tolerance;
     let mut kinds = vec![[false; 2]; half.positions.len()];
     let mut border_in_plane = BTreeSet::new();
@@ -91,14 +79,45 @@ pub(crate) fn halve(mesh: &TriangleMesh, features: &Features, plane: Plane, tole
             border_in_plane.insert(sorted(ends[0], ends[1]));
         }
     }
-    vertices.extend((0..kinds.len() as u32).filter(|&v| kinds[v as usize] == [true; 2]));
-    vertices.sort_unstable();
-    vertices.dedup();
-    let marked_in_plane = edges.iter().copied().filter(|edge| border_in_plane.contains(edge)).collect();
-    Half { plane, tolerance, mesh: half, source, features: Features { edges, vertices }, marked_in_plane, between }
+    let meeting = (0..kinds.len() as u32).filter(|&v| kinds[v as usize] == [true; 2]).collect();
+    Half { plane, tolerance, mesh: half, source, border_in_plane, meeting, topology, side, known, between }
 }
 
 impl Half {
+    /// What is left of features. Where the cut meets another border there is a marked vertex.
+    pub fn features(&self, features: &Features) -> Features {
+        let side_of = |v: u32| self.side[v as usize];
+        let own = |v: u32| self.known.get(&[v, v]).copied();
+        let topology = &self.topology;
+        let mut edges: Vec<[u32; 2]> = features
+            .edges
+            .iter()
+            .filter_map(|&[a, b]| match side_of(a) * side_of(b) {
+                -1 => self.known.get(&sorted(a, b)).copied().zip(own(if side_of(a) > 0 { a } else { b })),
+                _ => own(a).zip(own(b)),
+            })
+            .map(|(a, b)| sorted(a, b))
+            .collect();
+        // Marks between vertices of the plane need not be edges of the half, or belong to a copy of their vertex.
+        edges.retain(|&[a, b]| topology.find(a, b).or_else(|| topology.find(b, a)).is_some());
+        let mut vertices: Vec<u32> = features.vertices.iter().filter_map(|&v| own(v)).collect();
+        vertices.retain(|&v| topology.outgoing[v as usize] != NONE);
+        vertices.extend(&self.meeting);
+        vertices.sort_unstable();
+        vertices.dedup();
+        Features { edges, vertices }
+    }
+
+    /// True for points of the plane.
+    pub fn is_on(&self, p: DVec3) -> bool {
+        self.plane.distance(p).abs() <= self.tolerance
+    }
+
+    /// The input vertices that a vertex lies between, the same one twice at an input vertex; none for a vertex added later.
+    pub fn between(&self, v: u32) -> Option<[u32; 2]> {
+        self.between.get(v as usize).map(|between| between.0)
+    }
+
     /// Values at the input's vertices, at those of the half.
     pub fn interpolated(&self, values: &[f64]) -> Vec<f64> {
         self.between.iter().map(|&([a, b], t)| values[a as usize] * (1.0 - t) + values[b as usize] * t).collect()

@@ -17,6 +17,11 @@ impl Placement {
     pub fn to_scene(self, working: DVec3) -> DVec3 {
         self.origin + working * self.scale
     }
+
+    /// A point of the scene in the working copy.
+    pub fn to_working(self, scene: DVec3) -> DVec3 {
+        (scene - self.origin) / self.scale
+    }
 }
 
 /// Checks that the surface is one the method can work on: an oriented manifold, open or closed, of any number of

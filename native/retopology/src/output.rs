@@ -18,6 +18,8 @@ pub struct Output {
     pub feature_edges: Vec<OutputFeature>,
     /// Where each corner's attributes come from.
     pub corner_source: Vec<CornerSource>,
+    /// For each vertex of `mesh` its mirror image, itself on the plane; empty when no symmetry was asked for.
+    pub mirror: Vec<u32>,
     /// What was done.
     pub report: Report,
 }
@@ -98,6 +100,11 @@ pub struct Report {
     pub edges_detected: usize,
     /// Edges of features left out because the features are much shorter than a quad.
     pub edges_dropped: usize,
+    /// How far the input is from symmetric, scene units; none when no symmetry was asked for.
+    pub symmetry_deviation: Option<f64>,
+    /// Base triangles that the last edit made anew; none when all were, so that the same mesh and features from the start
+    /// give the same result.
+    pub base_triangles_edited: Option<usize>,
     /// Sentences for the artist.
     pub warnings: Vec<String>,
     /// Seconds spent in each stage; the only part of the output that differs between runs.

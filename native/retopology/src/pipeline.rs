@@ -1,25 +1,30 @@
 //! The whole way from a polygon mesh and its features to quads: check -> triangulate -> detect -> base triangulation ->
 //! quads -> sources of attributes -> report. Sections 4 to 6 of Daniels et al. 2011, and what surrounds them.
 //!
+//! [`crate::project`] keeps what it makes from one edit of the features to the next.
+//!
 //! The stages work in a box of unit diagonal about the origin, so that no place and no scale of the scene matters; corners
 //! of features come back bit for bit.
 
 use crate::base::Base;
-use crate::build::{BaseOptions, Built, build_base};
+use crate::build::BaseOptions;
 use crate::density::Size;
-use crate::detect::sharp_edges;
+use crate::error::LayoutError;
 use crate::failure::RetopologizeError;
-use crate::features::Features;
+use crate::features::{Features, Network};
 use crate::input::{Placement, normalised};
-use crate::inspect::{edges_of, inspect, inspect_features};
 use crate::measures::Measures;
 use crate::output::{BasePath, FeatureKind, Output, OutputFeature, Report};
+use crate::project::Project;
 use crate::quads::{LayoutOptions, Quads, quads_from_base};
+use crate::session::{EditReport, Session};
 use crate::sources::{corner_sources, distance_to_segment, nearest_edges};
+use crate::symmetry::Symmetry;
+use crate::templates::{TemplateChoice, TemplatePlace, edges_at};
 use crate::triangulate::{Triangulated, triangulate};
-use mesh::{Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, scaled_jacobian, sorted};
+use mesh::{Cancelled, DVec3, Monitor, NONE, PolygonMesh, scaled_jacobian, sorted};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
 /// Most quads: what a scene can hold, and a slip of the edge length should not ask for.
@@ -36,6 +41,10 @@ pub struct Options {
     pub base: BaseOptions,
     /// The quads. `size` is in scene units, `density` has one value for each vertex of the mesh, or none.
     pub layout: LayoutOptions,
+    /// A plane about which the result is exactly symmetric. Default: none.
+    pub symmetry: Option<Symmetry>,
+    /// Templates for pairs of base triangles, in place of those of `layout`. Default: none.
+    pub templates: Vec<(TemplatePlace, TemplateChoice)>,
 }
 
 /// An all-quad mesh of a surface in which every feature is a chain of edges and every corner of a feature keeps its exact
@@ -69,114 +78,175 @@ pub fn retopologize(
     options: &Options,
     monitor: &Monitor,
 ) -> Result<Output, RetopologizeError> {
-    let mut clock = Clock { last: Instant::now(), seconds: BTreeMap::new() };
-    monitor.stage("checking the mesh", 0.0)?;
-    inspect(mesh)?;
-    let marked = inspect_features(mesh, features)?;
-    let given = &options.layout.density;
-    if !given.is_empty() && given.len() != mesh.vertex_count() {
-        return Err(RetopologizeError::Option(format!(
-            "density has {} values; it must have one for each of the {} vertices",
-            given.len(),
-            mesh.vertex_count()
-        )));
-    }
-    clock.lap("check");
-    monitor.check()?;
+    Project::new(mesh.clone(), features, options, monitor)?.quads(monitor)
+}
 
-    let (input, placement) = at_unit_size(mesh);
-    let mut layout = options.layout.clone();
-    layout.density = input.spread(given);
+/// A mesh that goes through the pipeline, or the half of one.
+#[derive(Debug)]
+pub(crate) struct Workpiece {
+    mesh: PolygonMesh,
+    input: Triangulated,
+    placement: Placement,
+    /// In the unit box.
+    layout: LayoutOptions,
+    session: Session,
+}
+
+impl Workpiece {
+    /// Makes the base triangulation. `features` are all there are; detection has been done.
+    pub fn new(
+        mesh: PolygonMesh,
+        (input, placement): (Triangulated, Placement),
+        features: &Features,
+        options: &Options,
+        monitor: &Monitor,
+    ) -> Result<Self, RetopologizeError> {
+        let layout = unit_layout(&options.layout, &input, placement);
+        let final_edge = edge_length(&input, &layout)?;
+        // Where the quads are smallest.
+        let smallest = layout.density.iter().copied().reduce(f64::min).unwrap_or(1.0);
+        let given = options.base.final_edge.map(|length| length / placement.scale);
+        let base_options = BaseOptions {
+            detect: None,
+            final_edge: Some(given.unwrap_or(final_edge * smallest)),
+            ..options.base.clone()
+        };
+        let session = Session::new(input.mesh.clone(), features.clone(), base_options, monitor)?;
+        Ok(Self { mesh, input, placement, layout, session })
+    }
+
+    /// Changes the features; only the base triangles about them are made anew where that is possible.
+    pub fn set_features(&mut self, features: &Features, monitor: &Monitor) -> Result<EditReport, RetopologizeError> {
+        Ok(self.session.set_features(features, monitor)?)
+    }
+
+    /// The surface as triangles, in the unit box.
+    pub fn input(&self) -> &Triangulated {
+        &self.input
+    }
+
+    /// The base triangulation, with its features.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// The base triangulation as a mesh, and its edges on the surface; scene units.
+    pub fn base(&self) -> Result<(PolygonMesh, Vec<BasePath>), RetopologizeError> {
+        let base = self.session.base();
+        Ok((base_mesh(base, &self.mesh, self.placement)?, base_paths(base, self.placement)))
+    }
+
+    /// The quads. `kinds` are those of edges that are no mere border; features at edges of `cut` are not measured.
+    pub fn quads(
+        &self,
+        kinds: &BTreeMap<[u32; 2], FeatureKind>,
+        cut: &BTreeSet<[u32; 2]>,
+        templates: &[(TemplatePlace, TemplateChoice)],
+        clock: &mut Clock,
+        monitor: &Monitor,
+    ) -> Result<Output, RetopologizeError> {
+        let (base, network) = (self.session.base(), self.session.network());
+        // Marked vertices, and the corners that the caller's angle makes.
+        let stays = |v: &u32| network.corners.binary_search(v).is_ok() || network.points.binary_search(v).is_ok();
+        let fixed = (0..).zip(&base.vertices).filter(|(_, v)| stays(v)).map(|(k, _)| k).collect();
+        let measures = Measures::new(base)?;
+        let in_box = |place: TemplatePlace| match place {
+            TemplatePlace::Point(point) => TemplatePlace::Point(self.placement.to_working(point)),
+            edge @ TemplatePlace::Edge(_) => edge,
+        };
+        let places: Vec<_> = templates.iter().map(|(place, choice)| (in_box(*place), choice.clone())).collect();
+        let templates = edges_at(base, &measures, &places).map_err(LayoutError::from)?;
+        let layout = LayoutOptions { fixed, templates, ..self.layout.clone() };
+        let quads = monitor.within(0.0, 0.9, || quads_from_base(base, &layout, monitor))?;
+        clock.add(&quads.report.seconds);
+
+        monitor.stage("tracing attributes", 0.9)?;
+        let positions = &self.input.mesh.positions;
+        let corner_source = corner_sources(&self.input, base, &measures, &quads);
+        let chains = input_chains(network, positions.len());
+        let under = nearest_edges(&quads, &chains, positions, monitor)?;
+        if under.contains(&[NONE; 2]) {
+            return Err(RetopologizeError::bug("a feature edge of the quads lies on no feature"));
+        }
+        let feature_edges: Vec<OutputFeature> = quads
+            .feature_edges
+            .iter()
+            .zip(under)
+            .map(|(edge, input_edge)| OutputFeature {
+                ends: edge.ends,
+                chain: edge.chain.unwrap_or(NONE),
+                kind: kind_of(kinds, input_edge),
+                input_edge,
+            })
+            .collect();
+        clock.lap("attributes");
+
+        monitor.stage("measuring", 0.97)?;
+        let mut report = measure(&self.session, &quads, self.placement);
+        let measured: Vec<Vec<[u32; 2]>> = chains
+            .iter()
+            .map(|chain| chain.iter().filter(|edge| !cut.contains(&sorted(edge[0], edge[1]))).copied().collect())
+            .collect();
+        let dropped = self.session.dropped();
+        measure_features(&mut report, &quads, &measured, dropped, positions, self.placement, monitor)?;
+        clock.lap("measure");
+        let (base_mesh, base_paths) = self.base()?;
+        Ok(Output {
+            base: base_mesh,
+            base_paths,
+            mesh: in_scene(&quads, base, &self.mesh, self.placement),
+            feature_edges,
+            corner_source,
+            mirror: vec![],
+            report,
+        })
+    }
+}
+
+/// Why an edge is a feature.
+pub(crate) fn kind_of(kinds: &BTreeMap<[u32; 2], FeatureKind>, edge: [u32; 2]) -> FeatureKind {
+    kinds.get(&sorted(edge[0], edge[1])).copied().unwrap_or(FeatureKind::Border)
+}
+
+/// The layout options in the unit box, with a density at every vertex of the triangles.
+fn unit_layout(given: &LayoutOptions, input: &Triangulated, placement: Placement) -> LayoutOptions {
+    let mut layout = given.clone();
+    layout.density = input.spread(&given.density);
     if let Size::EdgeLength(length) = &mut layout.size {
         *length /= placement.scale;
     }
-    let final_edge = edge_length(&input, &layout)?;
-    clock.lap("triangulate");
-    let mut kinds: BTreeMap<[u32; 2], FeatureKind> =
-        marked.into_iter().map(|edge| (edge, FeatureKind::Marked)).collect();
-    let mut all = features.clone();
-    let mut edges_detected = 0;
-    if let Some(detection) = &options.base.detect {
-        let topology = Topology::of_triangles(&input.mesh);
-        // Diagonals of bent quads may be as sharp as an edge, but are none.
-        let edges = edges_of(mesh);
-        for edge in sharp_edges(&input.mesh, &topology, &features.edges, detection)? {
-            let edge = sorted(edge[0], edge[1]);
-            if edges.binary_search(&edge).is_ok() {
-                kinds.insert(edge, FeatureKind::Detected);
-                all.edges.push(edge);
-                edges_detected += 1;
-            }
-        }
-        clock.lap("detect");
-    }
-    // Where the quads are smallest.
-    let smallest = layout.density.iter().copied().reduce(f64::min).unwrap_or(1.0);
-    let given = options.base.final_edge.map(|length| length / placement.scale);
-    let base_options =
-        BaseOptions { detect: None, final_edge: Some(given.unwrap_or(final_edge * smallest)), ..options.base.clone() };
-    let built = monitor.within(0.02, 0.45, || build_base(&input.mesh, &all, &base_options, monitor))?;
-    clock.add(&built.report.seconds);
-    // Marked vertices, and the corners that the caller's angle makes.
-    let network = &built.fieldwork.network;
-    let stays = |v: &u32| network.corners.binary_search(v).is_ok() || network.points.binary_search(v).is_ok();
-    layout.fixed = (0..).zip(&built.base.vertices).filter(|(_, v)| stays(v)).map(|(k, _)| k).collect();
-    let quads = monitor.within(0.45, 0.95, || quads_from_base(&built.base, &layout, monitor))?;
-    clock.add(&quads.report.seconds);
-
-    monitor.stage("tracing attributes", 0.95)?;
-    let measures = Measures::new(&built.base)?;
-    let corner_source = corner_sources(&input, &built.base, &measures, &quads);
-    let chains = input_chains(&built, input.mesh.positions.len());
-    let under = nearest_edges(&quads, &chains, &input.mesh.positions, monitor)?;
-    if under.contains(&[NONE; 2]) {
-        return Err(RetopologizeError::bug("a feature edge of the quads lies on no feature"));
-    }
-    let feature_edges: Vec<OutputFeature> = quads
-        .feature_edges
-        .iter()
-        .zip(under)
-        .map(|(edge, input_edge)| OutputFeature {
-            ends: edge.ends,
-            chain: edge.chain.unwrap_or(NONE),
-            kind: kinds.get(&sorted(input_edge[0], input_edge[1])).copied().unwrap_or(FeatureKind::Border),
-            input_edge,
-        })
-        .collect();
-    clock.lap("attributes");
-
-    monitor.stage("measuring", 0.98)?;
-    let mut report = measure(&built, &quads, placement);
-    report.edges_detected = edges_detected;
-    let dropped = &built.report.dropped;
-    measure_features(&mut report, &quads, &chains, dropped, &input.mesh.positions, placement, monitor)?;
-    report.warnings = warnings(&report);
-    clock.lap("measure");
-    report.seconds = clock.seconds;
-    Ok(Output {
-        base: base_mesh(&built.base, mesh, placement)?,
-        base_paths: base_paths(&built.base, placement),
-        mesh: in_scene(&quads, &built.base, mesh, placement),
-        feature_edges,
-        corner_source,
-        report,
-    })
+    layout
 }
 
-struct Clock {
+/// Seconds by stage.
+#[derive(Debug, Clone)]
+pub(crate) struct Clock {
     last: Instant,
     seconds: BTreeMap<String, f64>,
 }
 
 impl Clock {
+    pub fn new() -> Self {
+        Self { last: Instant::now(), seconds: BTreeMap::new() }
+    }
+
+    /// Goes on from here, with all that is booked.
+    pub fn resumed(&self) -> Self {
+        Self { last: Instant::now(), ..self.clone() }
+    }
+
+    pub fn seconds(self) -> BTreeMap<String, f64> {
+        self.seconds
+    }
+
     /// Books the time since the last lap to a stage.
-    fn lap(&mut self, stage: &str) {
+    pub fn lap(&mut self, stage: &str) {
         *self.seconds.entry(stage.to_owned()).or_default() += self.last.elapsed().as_secs_f64();
         self.last = Instant::now();
     }
 
     /// Takes over the stages of a part that kept its own time.
-    fn add(&mut self, stages: &[(&'static str, f64)]) {
+    pub fn add(&mut self, stages: &[(&'static str, f64)]) {
         for (stage, seconds) in stages {
             *self.seconds.entry((*stage).to_owned()).or_default() += seconds;
         }
@@ -185,7 +255,7 @@ impl Clock {
 }
 
 /// The mesh as triangles in the unit box, and where that lies in the scene.
-fn at_unit_size(mesh: &PolygonMesh) -> (Triangulated, Placement) {
+pub(crate) fn at_unit_size(mesh: &PolygonMesh) -> (Triangulated, Placement) {
     let (corners, _) = mesh::TriangleMesh::from_polygons(mesh);
     let (unit, placement) = normalised(&corners);
     (triangulate(&mesh.with_positions(unit.positions)), placement)
@@ -222,13 +292,12 @@ fn edge_length(input: &Triangulated, layout: &LayoutOptions) -> Result<f64, Reto
 }
 
 /// The input edges of each chain of the network; `count` is the number of vertices before the surface was refined.
-fn input_chains(built: &Built, count: usize) -> Vec<Vec<[u32; 2]>> {
-    let chains = &built.fieldwork.network.chains;
+fn input_chains(network: &Network, count: usize) -> Vec<Vec<[u32; 2]>> {
     let edges = |chain: &crate::features::Chain| {
         let own: Vec<u32> = chain.walk().filter(|&v| (v as usize) < count).collect();
         own.windows(2).map(|pair| [pair[0], pair[1]]).collect()
     };
-    chains.iter().map(edges).collect()
+    network.chains.iter().map(edges).collect()
 }
 
 /// The quads where the mesh lies. What stands at a vertex of the mesh gets its very position.
@@ -261,7 +330,7 @@ fn base_paths(base: &Base, placement: Placement) -> Vec<BasePath> {
 }
 
 /// Counts, and the shape of the quads.
-fn measure(built: &Built, quads: &Quads, placement: Placement) -> Report {
+fn measure(session: &Session, quads: &Quads, placement: Placement) -> Report {
     let corners = |f: usize| {
         let face = quads.mesh.face(f);
         [face[0], face[1], face[2], face[3]].map(|v| quads.mesh.positions[v as usize])
@@ -278,14 +347,14 @@ fn measure(built: &Built, quads: &Quads, placement: Placement) -> Report {
     jacobians.sort_by(f64::total_cmp);
     let count = jacobians.len().max(1);
     let at = |k: usize| jacobians.get(k).copied().unwrap_or(0.0);
-    let (base, layout) = (&built.report, &quads.report);
+    let (base, network, layout) = (session.base(), session.network(), &quads.report);
     Report {
         faces: layout.faces,
         target: layout.target,
         edge_length: layout.edge_length * placement.scale,
-        base_vertices: built.base.vertices.len(),
-        base_triangles: built.base.triangles.len(),
-        sites_added: base.sites.len() + base.inserted.len(),
+        base_vertices: base.vertices.len(),
+        base_triangles: base.triangles.len(),
+        sites_added: sites(base, network),
         patches: layout.patches,
         single_patches: layout.singles,
         irregular_vertices: layout.irregular,
@@ -294,10 +363,19 @@ fn measure(built: &Built, quads: &Quads, placement: Placement) -> Report {
         scaled_jacobian_p01: at(count / 100),
         scaled_jacobian_mean: jacobians.iter().sum::<f64>() / count as f64,
         angle_deviation: shapes.iter().map(|shape| shape.1).sum::<f64>() / count as f64,
-        chains: base.curves,
-        edges_dropped: base.dropped.len(),
+        chains: network.chains.len(),
+        edges_dropped: session.dropped().len(),
         ..Report::default()
     }
+}
+
+/// Base vertices on no feature and not marked.
+fn sites(base: &Base, network: &Network) -> usize {
+    let mut asked: Vec<bool> = base.vertices.iter().map(|v| network.points.binary_search(v).is_ok()).collect();
+    for edge in base.edges.iter().filter(|edge| edge.feature.is_some()) {
+        edge.ends.iter().for_each(|&v| asked[v as usize] = true);
+    }
+    asked.iter().filter(|asked| !**asked).count()
 }
 
 /// How much of the features' length the edges of the result follow, sampled at the middles of the input's edges.
@@ -345,7 +423,7 @@ fn measure_features(
     Ok(())
 }
 
-fn warnings(report: &Report) -> Vec<String> {
+pub(crate) fn warnings(report: &Report) -> Vec<String> {
     let mut said = Vec::new();
     if report.inverted > 0 {
         let quads = if report.inverted == 1 { "1 quad is" } else { &format!("{} quads are", report.inverted) };

@@ -8,12 +8,13 @@
 use crate::base::Base;
 use crate::base_error::RetopologyError;
 use crate::build::{BaseOptions, build_base};
-use crate::features::{Features, network};
+use crate::features::{Features, Network, network};
 use crate::sizing::even_length;
 use crate::splice::rebuild;
 use crate::{detect, input};
 use mesh::{Monitor, NONE, Topology, TriangleMesh, sorted};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Instant;
 
 /// Rings of base triangles taken round those an edit touches, in turn until one is enough.
 const RINGS: [usize; 3] = [1, 2, 4];
@@ -30,6 +31,10 @@ pub struct Session {
     /// Base edge length far from features, scene units.
     even: f64,
     base: Base,
+    network: Network,
+    /// Marked edges left out because what they are part of is too short for quads.
+    dropped: Vec<[u32; 2]>,
+    seconds: Vec<(&'static str, f64)>,
 }
 
 /// What an edit did.
@@ -59,9 +64,25 @@ impl Session {
             let (working, _) = input::normalised(&mesh);
             features.edges.extend(detect::sharp_edges(&working, &topology, &features.edges, &detection)?);
         }
-        let base = build_base(&mesh, &features, &options, monitor)?.base;
         let even = even_length(&mesh, options.vertices);
-        Ok(Self { mesh, topology, features, options, even, base })
+        let (base, network) = (Base::default(), Network::default());
+        let mut session =
+            Self { mesh, topology, features, options, even, base, network, dropped: vec![], seconds: vec![] };
+        session.start_over(session.features.clone(), monitor)?;
+        Ok(session)
+    }
+
+    /// Makes everything anew.
+    fn start_over(&mut self, mut features: Features, monitor: &Monitor) -> Result<(), RetopologyError> {
+        let built = build_base(&self.mesh, &features, &self.options, monitor)?;
+        let inputs = self.mesh.positions.len() as u32;
+        self.network = built.fieldwork.network;
+        // Refining the surface put vertices between those of the input.
+        self.network.chains.iter_mut().for_each(|chain| chain.vertices.retain(|&v| v < inputs));
+        self.dropped = built.report.dropped;
+        features.edges.retain(|&[a, b]| self.dropped.binary_search(&sorted(a, b)).is_err());
+        (self.base, self.features, self.seconds) = (built.base, features, built.report.seconds);
+        Ok(())
     }
 
     /// The base triangulation as it is; [`crate::quads_from_base`] takes it from here.
@@ -69,9 +90,50 @@ impl Session {
         &self.base
     }
 
-    /// All features as they are.
+    /// All features as they are, without those left out.
     pub fn features(&self) -> &Features {
         &self.features
+    }
+
+    /// The features as chains between corners, by the numbers that the base's edges give them. Vertices are the surface's.
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// Marked edges left out because what they are part of is too short for quads, ascending.
+    pub fn dropped(&self) -> &[[u32; 2]] {
+        &self.dropped
+    }
+
+    /// Seconds by stage of what was last made.
+    pub fn seconds(&self) -> &[(&'static str, f64)] {
+        &self.seconds
+    }
+
+    /// Makes these the features, whatever they were. Makes anew what differs, see [`Session::move_feature`].
+    ///
+    /// # Errors
+    /// As [`build_base`]; after an error nothing has changed.
+    pub fn set_features(&mut self, features: &Features, monitor: &Monitor) -> Result<EditReport, RetopologyError> {
+        let least = self.options.least_feature * self.options.final_edge.unwrap_or(0.0);
+        let network = network(&self.mesh, &self.topology, features, self.options.corner_angle, least)?;
+        let edges =
+            |features: &Features| -> BTreeSet<[u32; 2]> { features.edges.iter().map(|&[a, b]| sorted(a, b)).collect() };
+        let (old, mut new) = (edges(&self.features), edges(features));
+        new.retain(|edge| network.dropped.binary_search(edge).is_err());
+        let vertices = |features: &Features| features.vertices.iter().copied().collect::<BTreeSet<u32>>();
+        let (old_vertices, new_vertices) = (vertices(&self.features), vertices(features));
+        let from = Features {
+            edges: old.difference(&new).copied().collect(),
+            vertices: old_vertices.difference(&new_vertices).copied().collect(),
+        };
+        let to = Features {
+            edges: new.difference(&old).copied().collect(),
+            vertices: new_vertices.difference(&old_vertices).copied().collect(),
+        };
+        let report = self.move_feature(&from, &to, monitor)?;
+        self.dropped = network.dropped;
+        Ok(report)
     }
 
     /// Marks edges and vertices.
@@ -102,12 +164,16 @@ impl Session {
         to: &Features,
         monitor: &Monitor,
     ) -> Result<EditReport, RetopologyError> {
+        let start = Instant::now();
         let features = self.edited(from, to)?;
         // Says what is wrong with the new marks.
-        network(&self.mesh, &self.topology, &features, self.options.corner_angle, 0.0)?;
+        let network = network(&self.mesh, &self.topology, &features, self.options.corner_angle, 0.0)?;
+        if from == to {
+            return Ok(EditReport::default());
+        }
         let surface = Topology::of_triangles(&self.base.surface);
         let walk = |edges: &[[u32; 2]]| -> Result<Vec<Vec<u32>>, RetopologyError> {
-            edges.iter().map(|&edge| self.walk(&surface, edge).ok_or(LOST)).collect()
+            edges.iter().map(|&edge| self.walk(&self.base, &surface, edge).ok_or(LOST)).collect()
         };
         let (gone, new) = (walk(&from.edges)?, walk(&to.edges)?);
         let mut touched: BTreeSet<u32> = BTreeSet::new();
@@ -127,9 +193,13 @@ impl Session {
             let inputs = self.mesh.positions.len();
             let marks = crate::splice::Marks { gone: &gone, new: &new, vertices: &features.vertices };
             match rebuild(&self.base, inputs, &surface, &part, &marks, self.even, &self.options, monitor) {
-                Ok(Some(base)) => {
+                Ok(Some(mut base)) => {
                     let added = part.len() + base.triangles.len() - self.base.triangles.len();
-                    (self.base, self.features) = (base, features);
+                    if !self.number_chains(&mut base, &network) {
+                        break;
+                    }
+                    (self.base, self.features, self.network) = (base, features, network);
+                    self.seconds = vec![("edit", start.elapsed().as_secs_f64())];
                     return Ok(EditReport { removed: part.len(), added, whole: false });
                 }
                 // A rim in the way: take more.
@@ -137,10 +207,30 @@ impl Session {
                 Err(error) => return Err(error),
             }
         }
-        let base = build_base(&self.mesh, &features, &self.options, monitor)?.base;
-        let report = EditReport { removed: self.base.triangles.len(), added: base.triangles.len(), whole: true };
-        (self.base, self.features) = (base, features);
-        Ok(report)
+        let removed = self.base.triangles.len();
+        self.start_over(features, monitor)?;
+        Ok(EditReport { removed, added: self.base.triangles.len(), whole: true })
+    }
+
+    /// Gives the base's edges the chains of a network. False when one of them lies on no chain: a bug, but starting over mends it.
+    fn number_chains(&self, base: &mut Base, network: &Network) -> bool {
+        let surface = Topology::of_triangles(&base.surface);
+        let mut chain_at = BTreeMap::new();
+        for (chain, c) in network.chains.iter().zip(0..) {
+            let own: Vec<u32> = chain.walk().collect();
+            for pair in own.windows(2) {
+                let Some(walk) = self.walk(base, &surface, [pair[0], pair[1]]) else { return false };
+                chain_at.extend(walk.windows(2).map(|step| (sorted(step[0], step[1]), c)));
+            }
+        }
+        for edge in &mut base.edges {
+            let chain = chain_at.get(&sorted(edge.path[0], edge.path[1])).copied();
+            if chain.is_some() != edge.feature.is_some() {
+                return false;
+            }
+            edge.feature = chain;
+        }
+        true
     }
 
     /// The features after an edit.
@@ -166,12 +256,12 @@ impl Session {
         Ok(Features { edges, vertices: vertices.into_iter().collect() })
     }
 
-    /// The vertices of the base's surface along an edge of the input.
-    fn walk(&self, surface: &Topology, [a, b]: [u32; 2]) -> Option<Vec<u32>> {
+    /// The vertices of a base's surface along an edge of the input.
+    fn walk(&self, base: &Base, surface: &Topology, [a, b]: [u32; 2]) -> Option<Vec<u32>> {
         let h = self.topology.find(a, b).or_else(|| self.topology.find(b, a))?;
         let twin = self.topology.twin[h as usize];
         let sides = sorted(h / 3, if twin == NONE { NONE } else { twin / 3 });
-        let source = |h: u32| if h == NONE { NONE } else { self.base.source[h as usize / 3] };
+        let source = |h: u32| if h == NONE { NONE } else { base.source[h as usize / 3] };
         let mut walk = vec![a];
         let direction = self.mesh.positions[b as usize] - self.mesh.positions[a as usize];
         while walk[walk.len() - 1] != b {
@@ -182,11 +272,11 @@ impl Session {
                 .filter(|&h| sorted(source(h), source(surface.twin[h as usize])) == sides)
                 .map(|h| if surface.from(h) == here { surface.to(h) } else { surface.from(h) })
                 .find(|&v| {
-                    let step = self.base.surface.positions[v as usize] - self.base.surface.positions[here as usize];
+                    let step = base.surface.positions[v as usize] - base.surface.positions[here as usize];
                     Some(v) != before && step.dot(direction) >= 0.0
                 })?;
             walk.push(on);
-            if walk.len() > self.base.surface.positions.len() {
+            if walk.len() > base.surface.positions.len() {
                 return None;
             }
         }

@@ -14,7 +14,7 @@ use solve::components::connected_components;
 use std::collections::BTreeMap;
 
 /// How far inside its quad a corner on a feature looks for its side, as a part of the way to the quad's middle.
-const INWARDS: f64 = 1e-3;
+pub(crate) const INWARDS: f64 = 1e-3;
 
 /// A point of an input face that a corner of the result takes its attributes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +62,7 @@ pub(crate) fn corner_sources(
 
 impl Triangulated {
     /// A point of one of the triangles as weights of the face's corners round it.
-    fn source_at(&self, triangle: u32, point: DVec3) -> CornerSource {
+    pub(crate) fn source_at(&self, triangle: u32, point: DVec3) -> CornerSource {
         let corners = self.corners[triangle as usize];
         let weights = barycentric(point, corners.map(|c| self.corner_positions[c as usize]));
         CornerSource { face: self.face[triangle as usize], corners, weights }

@@ -1,19 +1,23 @@
-//! Quads that are symmetric about a plane: the surface is cut there, one half is meshed, and the other is its mirror image.
+//! Retopology that is symmetric about a plane: the surface is cut there, one half goes through the whole pipeline, and the
+//! other half of the result is its mirror image.
 //!
 //! Not in Daniels et al. 2011. The cut is a border of the half, and so a feature: quads meet the plane with whole edges. What is
-//! mirrored is stitched by index, never by comparing coordinates, and vertices on the plane are put exactly on it. A surface
-//! that is not symmetric is made so: the side that the plane's normal points to decides, as Blender's Symmetrize does.
+//! mirrored is stitched by index, never by comparing coordinates, and vertices on the plane are put exactly on it. The side that
+//! the plane's normal points to decides, as Blender's Symmetrize does; attributes come from each side's own faces.
 
-use crate::base_error::RetopologyError;
-use crate::build::{BaseOptions, Built, build_base};
-use crate::error::LayoutError;
+use crate::failure::{Elements, RetopologizeError};
 use crate::features::Features;
 use crate::half::{Half, halve};
-use crate::input;
-use crate::quads::{FeatureEdge, LayoutOptions, Quads, SourcePoint, quads_from_base};
-use crate::{Size, base::Base};
-use mesh::{Aabb, DVec3, Monitor, NONE, PolygonMesh, TriangleMesh};
-use std::collections::BTreeSet;
+use crate::input::Placement;
+use crate::output::{BasePath, FeatureKind, Output, OutputFeature};
+use crate::pipeline::kind_of;
+use crate::quads::irregular;
+use crate::sources::{CornerSource, INWARDS};
+use crate::templates::TemplatePlace;
+use crate::triangulate::Triangulated;
+use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, sorted};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 use surface::closest::ClosestPoint;
 
 /// Vertices this near to the plane are on it, fraction of the bounding-box diagonal.
@@ -26,6 +30,38 @@ pub struct Plane {
     pub point: DVec3,
     /// Its normal, of any length; it points to the side that is kept.
     pub normal: DVec3,
+}
+
+/// What symmetry is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Symmetry {
+    /// The plane.
+    pub plane: Plane,
+    /// How far the mirror image of the surface, and of its marks and borders, may be off, fraction of the bounding-box
+    /// diagonal, 0 or more. Infinite: the kept side decides whatever the other is like. [`Symmetry::TOLERANCE`] is customary.
+    pub tolerance: f64,
+}
+
+impl Symmetry {
+    /// What scanned and sculpted models that are meant to be symmetric keep to.
+    pub const TOLERANCE: f64 = 0.01;
+
+    /// The plane with a normal of length 1.
+    ///
+    /// # Errors
+    /// [`RetopologizeError::Option`]: no plane, or no tolerance.
+    pub(crate) fn plane(&self) -> Result<Plane, RetopologizeError> {
+        let normal = self.plane.normal.normalize_or_zero();
+        if normal == DVec3::ZERO || !self.plane.point.is_finite() {
+            let sentence = "the plane of symmetry needs a finite point and a finite normal that is not zero";
+            return Err(RetopologizeError::Option(sentence.into()));
+        }
+        if self.tolerance.is_nan() || self.tolerance < 0.0 {
+            let sentence = "symmetry_tolerance must be 0 or more, a fraction of the bounding-box diagonal";
+            return Err(RetopologizeError::Option(sentence.into()));
+        }
+        Ok(Plane { point: self.plane.point, normal })
+    }
 }
 
 impl Plane {
@@ -43,203 +79,351 @@ impl Plane {
     }
 }
 
-/// Why there are no symmetric quads.
-#[derive(Debug, thiserror::Error)]
-pub enum SymmetryError {
-    /// The plane's normal has no length, or something is not finite.
-    #[error("the plane of symmetry needs a finite point and a normal that is not zero")]
-    BadPlane,
-    /// The kept side is empty.
-    #[error("the surface has nothing on the kept side of the plane: choose the other side, or move the plane")]
-    NothingKept,
-    /// The half has no base triangulation.
-    #[error(transparent)]
-    Base(#[from] RetopologyError),
-    /// The half has no quads.
-    #[error(transparent)]
-    Layout(#[from] LayoutError),
+/// A surface and the half of it that is worked on.
+#[derive(Debug)]
+pub(crate) struct Mirror {
+    /// Scene units.
+    half: Half,
+    /// The half as a mesh.
+    pub mesh: PolygonMesh,
+    /// The whole surface as triangles, scene units.
+    whole: TriangleMesh,
+    /// How the unit box of the whole lies in the scene.
+    placement: Placement,
+    /// Diagonal of the whole beside that of the half.
+    pub larger: f64,
+    /// How far mirror images may be off, scene units.
+    tolerance: f64,
+    /// The greatest distance of a mirrored vertex to the surface, scene units.
+    deviation: f64,
+    /// Triangles of the far side, and closest points among them.
+    far: (Vec<u32>, ClosestPoint),
 }
 
-/// Symmetric quads.
-#[derive(Debug, Clone)]
-pub struct Symmetric {
-    /// The whole mesh: the kept half first. Its sources are on the input; those of mirrored vertices are on the kept side too,
-    /// where what is symmetric takes its colours and weights from. `base_vertex` and the report's layout are of the half.
-    pub quads: Quads,
-    /// Base triangulation of the kept half, with its report.
-    pub half: Built,
-    /// The base triangulation of the whole as a mesh.
-    pub base_mesh: PolygonMesh,
-    /// For each vertex the one mirrored to it; itself on the plane.
-    pub mirror: Vec<u32>,
-    /// How far the input was from symmetric: the greatest distance of a mirrored vertex to it, scene units.
-    pub deviation: f64,
-}
+impl Mirror {
+    /// Cuts a surface. `input` are its triangles, in the unit box; `marked` its features but those that were detected.
+    ///
+    /// # Errors
+    /// [`RetopologizeError`]: nothing on the kept side; not symmetric, with the vertices or edges that are not.
+    pub fn new(
+        mesh: &PolygonMesh,
+        (input, placement): (&Triangulated, Placement),
+        marked: &Features,
+        symmetry: Symmetry,
+        monitor: &Monitor,
+    ) -> Result<Self, RetopologizeError> {
+        let plane = symmetry.plane()?;
+        let mut whole = TriangleMesh { positions: mesh.positions.clone(), triangles: input.mesh.triangles.clone() };
+        for ends in &input.halves {
+            let [a, b] = ends.map(|v| mesh.positions[v as usize]);
+            whole.positions.push(a.midpoint(b));
+        }
+        let diagonal = diagonal(&whole);
+        let half = halve(&whole, plane, ON_PLANE * diagonal);
+        if half.mesh.triangles.is_empty() {
+            let sentence =
+                "has nothing on the kept side of the plane of symmetry; keep the other side, or move the plane";
+            return Err(RetopologizeError::Invalid {
+                code: "nothing_kept",
+                sentence: sentence.into(),
+                elements: Elements::from([("faces", (0..mesh.face_count() as u32).collect())]),
+            });
+        }
+        monitor.check()?;
+        let far: Vec<u32> = (0..whole.triangles.len() as u32)
+            .filter(|&t| whole.points(t as usize).iter().any(|&p| plane.distance(p) < 0.0))
+            .collect();
+        let far_mesh = TriangleMesh {
+            positions: whole.positions.clone(),
+            triangles: far.iter().map(|&t| whole.triangles[t as usize]).collect(),
+        };
+        let polygons = PolygonMesh::from_polygons(half.mesh.positions.clone(), &half.mesh.triangles)
+            .map_err(|error| RetopologizeError::bug(&format!("the half is no mesh: {error}")))?;
+        let larger = diagonal / self::diagonal(&half.mesh);
+        let far = (far, ClosestPoint::new(&far_mesh));
+        let mut made = Self {
+            half,
+            mesh: polygons,
+            whole,
+            placement,
+            larger,
+            tolerance: symmetry.tolerance * diagonal,
+            deviation: 0.0,
+            far,
+        };
+        made.compare(mesh, marked, monitor)?;
+        Ok(made)
+    }
 
-/// Lays symmetric quads over a surface. Numbers of faces and base vertices in the options are those of the whole. Vertices that
-/// are mirrored to one another are so to the last digit; those on the plane are on it to rounding.
-///
-/// Cost: that of [`build_base`] and [`quads_from_base`] for the half, plus O(n log n).
-///
-/// # Errors
-/// [`SymmetryError`]; element indices of the half's errors are those of the half where the input itself is sound.
-pub fn symmetric_quads(
-    mesh: &TriangleMesh,
-    features: &Features,
-    plane: Plane,
-    coarse: &BaseOptions,
-    options: &LayoutOptions,
-    monitor: &Monitor,
-) -> Result<Symmetric, SymmetryError> {
-    let normal = plane.normal.normalize_or_zero();
-    if normal == DVec3::ZERO || !plane.point.is_finite() {
-        return Err(SymmetryError::BadPlane);
+    /// Checks that every vertex, mark and border has its like on the other side.
+    fn compare(&mut self, mesh: &PolygonMesh, marked: &Features, monitor: &Monitor) -> Result<(), RetopologizeError> {
+        monitor.check()?;
+        let plane = self.half.plane;
+        let closest = ClosestPoint::new(&self.whole);
+        let mut used = vec![false; mesh.vertex_count()];
+        mesh.corner_verts().iter().for_each(|&v| used[v as usize] = true);
+        let away: Vec<f64> = (0..mesh.vertex_count())
+            .into_par_iter()
+            .map(|v| if used[v] { closest.project(plane.mirrored(mesh.positions[v])).distance } else { 0.0 })
+            .collect();
+        self.deviation = away.iter().copied().fold(0.0, f64::max);
+        let off: Vec<u32> = (0..away.len() as u32).filter(|&v| away[v as usize] > self.tolerance).collect();
+        if !off.is_empty() {
+            let part = self.deviation / diagonal(&self.whole);
+            let sentence = format!(
+                "is not symmetric about the plane: the mirror images of {} {} lie off the surface, by up to {part:.2} of its size; choose another plane, mend the surface, or raise the tolerance, so that the kept side decides",
+                off.len(),
+                if off.len() == 1 { "vertex" } else { "vertices" },
+            );
+            let elements = Elements::from([("verts", off)]);
+            return Err(RetopologizeError::Invalid { code: "not_symmetric", sentence, elements });
+        }
+        self.compare_marks(marked)
     }
-    let plane = Plane { point: plane.point, normal };
-    monitor.stage("reading the surface", 0.0).map_err(RetopologyError::from)?;
-    let topology = input::check(mesh)?;
-    // Named here, with the indices of the input.
-    crate::features::network(mesh, &topology, features, coarse.corner_angle, 0.0)?;
-    if !options.density.is_empty() && options.density.len() != mesh.positions.len() {
-        let reason = "the density needs a value for each input vertex";
-        return Err(LayoutError::BadBase { element: "vertex", index: options.density.len(), reason }.into());
-    }
-    let bounds = Aabb::of(mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]));
-    let tolerance = ON_PLANE * bounds.low.distance(bounds.high);
-    let half = halve(mesh, features, plane, tolerance);
-    if half.mesh.triangles.is_empty() {
-        return Err(SymmetryError::NothingKept);
-    }
-    let deviation = deviation(mesh, plane);
-    let coarse = BaseOptions { vertices: (coarse.vertices / 2).max(4), ..coarse.clone() };
-    let mut options = options.clone();
-    if let Size::TargetFaces(faces) = &mut options.size {
-        *faces = faces.div_ceil(2);
-    }
-    if !options.density.is_empty() {
-        options.density = half.interpolated(&options.density);
-    }
-    let built = build_base(&half.mesh, &half.features, &coarse, monitor)?;
-    let quads = quads_from_base(&built.base, &options, monitor)?;
 
-    let on_plane = half.base_edges_on_plane(&built.base);
-    let mut in_plane = vec![false; quads.mesh.vertex_count()];
-    for edge in quads.feature_edges.iter().filter(|edge| on_plane[edge.base_edge as usize]) {
-        for v in edge.ends {
-            in_plane[v as usize] = true;
+    /// Checks that every mark and border has its like on the other side.
+    ///
+    /// # Errors
+    /// [`RetopologizeError::Feature`] with the edges that have none.
+    pub fn compare_marks(&self, marked: &Features) -> Result<(), RetopologizeError> {
+        let borders = borders(&self.whole);
+        let lone: Vec<[u32; 2]> = [&marked.edges, &borders].into_iter().flat_map(|of| self.lone(of)).collect();
+        if lone.is_empty() {
+            return Ok(());
+        }
+        let sentence = format!(
+            "{} marked or border {} no like on the other side of the plane of symmetry; mark both sides alike, or raise the tolerance, so that the kept side decides",
+            lone.len(),
+            if lone.len() == 1 { "edge has" } else { "edges have" },
+        );
+        let elements = Elements::from([("edges", lone.into_iter().flatten().collect())]);
+        Err(RetopologizeError::Feature { code: "features_not_symmetric", sentence, elements })
+    }
+
+    /// Those of some edges whose middle has, mirrored, none of them near.
+    fn lone(&self, edges: &[[u32; 2]]) -> Vec<[u32; 2]> {
+        let at = |v: u32| self.whole.positions[v as usize];
+        let closest = self.lines(edges);
+        let image = |&[a, b]: &[u32; 2]| self.half.plane.mirrored(at(a).midpoint(at(b)));
+        edges.par_iter().filter(|edge| closest.project(image(edge)).distance > self.tolerance).copied().collect()
+    }
+
+    /// Closest points on edges, which count as triangles without area.
+    fn lines(&self, edges: &[[u32; 2]]) -> ClosestPoint {
+        let triangles = edges.iter().map(|&[a, b]| [a, b, b]).collect();
+        ClosestPoint::new(&TriangleMesh { positions: self.whole.positions.clone(), triangles })
+    }
+
+    /// The features of the kept half.
+    pub fn features(&self, all: &Features) -> Features {
+        self.half.features(all)
+    }
+
+    /// Values at the vertices of the whole's triangles, at those of the half.
+    pub fn interpolated(&self, values: &[f64]) -> Vec<f64> {
+        if values.is_empty() { vec![] } else { self.half.interpolated(values) }
+    }
+
+    /// The vertex of the whole's triangles at a vertex of the half's surface; none where there is none.
+    pub fn input_vertex(&self, v: u32) -> Option<u32> {
+        let [a, b] = self.half.between(v)?;
+        (a == b).then_some(a)
+    }
+
+    /// The place of a template, mirrored where it lies on the far side.
+    pub fn on_kept_side(&self, place: TemplatePlace) -> TemplatePlace {
+        match place {
+            TemplatePlace::Point(p) if self.half.plane.distance(p) < 0.0 => {
+                TemplatePlace::Point(self.half.plane.mirrored(p))
+            }
+            kept => kept,
         }
     }
-    let mut seam = vec![false; built.base.vertices.len()];
-    for edge in built.base.edges.iter().zip(&on_plane).filter(|(_, on)| **on).map(|(edge, _)| edge) {
-        for v in edge.ends {
-            seam[v as usize] = true;
+
+    /// Edges of the half that are features only because it was cut there; `all` are the features of the whole.
+    pub fn cut(&self, all: &Features) -> BTreeSet<[u32; 2]> {
+        let marked: BTreeSet<[u32; 2]> = self.half.features(all).edges.into_iter().collect();
+        let was_border: BTreeSet<[u32; 2]> = borders(&self.whole).into_iter().collect();
+        let own = |edge: &&[u32; 2]| self.input_edge(**edge).is_some_and(|edge| was_border.contains(&edge));
+        self.half.border_in_plane.iter().filter(|edge| !marked.contains(*edge) && !own(edge)).copied().collect()
+    }
+
+    /// The edge of the whole's triangles that an edge of the half lies on.
+    fn input_edge(&self, edge: [u32; 2]) -> Option<[u32; 2]> {
+        let mut ends: Vec<u32> = edge.iter().filter_map(|&v| self.half.between(v)).flatten().collect();
+        ends.sort_unstable();
+        ends.dedup();
+        <[u32; 2]>::try_from(ends).ok()
+    }
+
+    /// The whole result from that of the half. `cut` is what [`Mirror::cut`] says, `kinds` why edges of the whole are features.
+    ///
+    /// # Errors
+    /// [`RetopologizeError::Internal`].
+    pub fn doubled(
+        &self,
+        made: Output,
+        input: &Triangulated,
+        all: &Features,
+        cut: &BTreeSet<[u32; 2]>,
+        kinds: &BTreeMap<[u32; 2], FeatureKind>,
+    ) -> Result<Output, RetopologizeError> {
+        let in_plane = &self.half.border_in_plane;
+        let mut on_plane = vec![false; made.mesh.vertex_count()];
+        for edge in made.feature_edges.iter().filter(|edge| in_plane.contains(&lower_first(edge))) {
+            edge.ends.iter().for_each(|&v| on_plane[v as usize] = true);
         }
-    }
-    let points: Vec<DVec3> = built.base.vertices.iter().map(|&v| built.base.surface.positions[v as usize]).collect();
-    let faces = built.base.triangles.iter().map(|t| t.to_vec()).collect();
-    let (base_mesh, _) = doubled(&points, faces, &seam, plane)?;
-    let faces = quads.mesh.faces().map(<[u32]>::to_vec).collect();
-    let (whole, mirror) = doubled(&quads.mesh.positions, faces, &in_plane, plane)?;
-    let mut quads = whole_quads(quads, whole, &mirror, &half, &built.base, &on_plane);
-    if let Some(target) = &mut quads.report.target {
-        *target *= 2;
-    }
-    Ok(Symmetric { quads, half: built, base_mesh, mirror, deviation })
-}
+        let (mesh, mirror) = self.mirrored(&made.mesh, &on_plane)?;
+        let near: Vec<OutputFeature> =
+            made.feature_edges.iter().filter(|edge| !cut.contains(&lower_first(edge))).copied().collect();
+        let feature_edges = self.both_features(near, &mesh, &mirror, &on_plane, all, kinds)?;
+        let corner_source = self.both_sources(&made, &mesh, input);
 
-/// The greatest distance of a mirrored vertex to the surface.
-fn deviation(mesh: &TriangleMesh, plane: Plane) -> f64 {
-    let closest = ClosestPoint::new(mesh);
-    let mut used = vec![false; mesh.positions.len()];
-    for &v in mesh.triangles.iter().flatten() {
-        used[v as usize] = true;
-    }
-    let off = |&p: &DVec3| {
-        let image = plane.mirrored(p);
-        closest.project(image).point.distance(image)
-    };
-    mesh.positions.iter().zip(&used).filter(|(_, used)| **used).map(|(p, _)| off(p)).fold(0.0, f64::max)
-}
-
-/// A mesh with its mirror image, stitched at the vertices that are `in_plane`; and the mirror vertex of each.
-fn doubled(
-    points: &[DVec3],
-    mut faces: Vec<Vec<u32>>,
-    in_plane: &[bool],
-    plane: Plane,
-) -> Result<(PolygonMesh, Vec<u32>), SymmetryError> {
-    let place = |(&p, &on): (&DVec3, &bool)| if on { plane.foot(p) } else { p };
-    let mut positions: Vec<DVec3> = points.iter().zip(in_plane).map(place).collect();
-    let mut mirror: Vec<u32> = (0..points.len() as u32).collect();
-    for v in (0..points.len()).filter(|&v| !in_plane[v]) {
-        mirror[v] = positions.len() as u32;
-        positions.push(plane.mirrored(positions[v]));
-        mirror.push(v as u32);
-    }
-    let images: Vec<Vec<u32>> = faces
-        .iter()
-        .map(|face| face[..1].iter().chain(face[1..].iter().rev()).map(|&v| mirror[v as usize]).collect())
-        .collect();
-    faces.extend(images);
-    let whole = PolygonMesh::from_polygons(positions, &faces).map_err(|_| LayoutError::BadBase {
-        element: "triangle",
-        index: 0,
-        reason: "it asks for more quads than 32-bit indices can name",
-    })?;
-    Ok((whole, mirror))
-}
-
-/// The quads of the half with all that belongs to their vertices doubled.
-fn whole_quads(
-    half_quads: Quads,
-    mesh: PolygonMesh,
-    mirror: &[u32],
-    half: &Half,
-    base: &Base,
-    on_plane: &[bool],
-) -> Quads {
-    let Quads { mut feature_edges, mut base_vertex, mut source, mut report, .. } = half_quads;
-    // Edges in the plane lie on a feature only where the artist marked one.
-    feature_edges.retain(|edge| !on_plane[edge.base_edge as usize] || half.is_marked(base, edge.base_edge));
-    let images: Vec<FeatureEdge> = feature_edges
-        .iter()
-        .filter(|edge| !on_plane[edge.base_edge as usize])
-        .map(|&edge| FeatureEdge { ends: edge.ends.map(|v| mirror[v as usize]), ..edge })
-        .collect();
-    feature_edges.extend(images);
-    let own = base_vertex.len();
-    for point in &mut source {
-        point.triangle = half.source.get(point.triangle as usize).copied().unwrap_or(NONE);
-    }
-    let images: Vec<SourcePoint> = mirror[own..].iter().map(|&v| source[v as usize]).collect();
-    source.extend(images);
-    base_vertex.resize(mirror.len(), NONE);
-    report.patches *= 2;
-    report.singles *= 2;
-    report.inverted *= 2;
-    report.faces = mesh.face_count();
-    report.irregular = crate::quads::irregular(&mesh);
-    Quads { mesh, feature_edges, base_vertex, source, report }
-}
-
-impl Half {
-    /// Which base edges lie in the plane, on the border that the cut made or that was there.
-    fn base_edges_on_plane(&self, base: &Base) -> Vec<bool> {
-        let mut uses = vec![0; base.edges.len()];
-        for &e in base.triangle_edges.iter().flatten() {
-            uses[e as usize] += 1;
+        let lies_there = |path: &BasePath| path.points.iter().all(|&p| self.half.is_on(p));
+        let borders: BTreeSet<[u32; 2]> = base_borders(&made.base).into_iter().collect();
+        let on = |path: &BasePath| borders.contains(&sorted(path.ends[0], path.ends[1])) && lies_there(path);
+        let mut base_on_plane = vec![false; made.base.vertex_count()];
+        for path in made.base_paths.iter().filter(|path| on(path)) {
+            path.ends.iter().for_each(|&v| base_on_plane[v as usize] = true);
         }
-        let in_plane = |&v: &u32| self.plane.distance(base.surface.positions[v as usize]).abs() <= self.tolerance;
-        base.edges.iter().zip(uses).map(|(edge, uses)| uses == 1 && edge.path.iter().all(in_plane)).collect()
+        let (base, image) = self.mirrored(&made.base, &base_on_plane)?;
+        let plane = self.half.plane;
+        let images = made.base_paths.iter().filter(|path| !on(path)).map(|path| BasePath {
+            ends: path.ends.map(|v| image[v as usize]),
+            points: path.points.iter().map(|&p| plane.mirrored(p)).collect(),
+            chain: path.chain,
+        });
+        let base_paths = made.base_paths.iter().cloned().chain(images).collect();
+
+        let mut report = made.report;
+        report.faces = mesh.face_count();
+        report.irregular_vertices = irregular(&mesh);
+        (report.base_vertices, report.base_triangles) = (base.vertex_count(), base.face_count());
+        for doubled in [&mut report.sites_added, &mut report.patches, &mut report.single_patches, &mut report.inverted]
+        {
+            *doubled *= 2;
+        }
+        let marked = self.half.features(all).edges.into_iter().filter(|edge| in_plane.contains(edge));
+        let at = |v: u32| self.half.mesh.positions[v as usize];
+        let once: f64 = marked.map(|[a, b]| at(a).distance(at(b))).sum();
+        report.feature_length = 2.0 * report.feature_length - once;
+        report.symmetry_deviation = Some(self.deviation);
+        Ok(Output { mesh, base, base_paths, feature_edges, corner_source, mirror, report })
     }
 
-    /// True when every input edge along a base edge in the plane is marked.
-    fn is_marked(&self, base: &Base, edge: u32) -> bool {
-        let count = self.mesh.positions.len() as u32;
-        let path: Vec<u32> = base.edges[edge as usize].path.iter().copied().filter(|&v| v < count).collect();
-        let marked: &BTreeSet<[u32; 2]> = &self.marked_in_plane;
-        path.len() > 1 && path.windows(2).all(|pair| marked.contains(&mesh::sorted(pair[0], pair[1])))
+    /// A mesh with its mirror image, stitched at vertices on the plane; and the mirror vertex of each.
+    fn mirrored(&self, half: &PolygonMesh, on_plane: &[bool]) -> Result<(PolygonMesh, Vec<u32>), RetopologizeError> {
+        let plane = self.half.plane;
+        let place = |(&p, &on): (&DVec3, &bool)| if on { plane.foot(p) } else { p };
+        let mut positions: Vec<DVec3> = half.positions.iter().zip(on_plane).map(place).collect();
+        let mut mirror: Vec<u32> = (0..positions.len() as u32).collect();
+        for v in (0..on_plane.len()).filter(|&v| !on_plane[v]) {
+            mirror[v] = positions.len() as u32;
+            positions.push(plane.mirrored(positions[v]));
+            mirror.push(v as u32);
+        }
+        let image = |face: &[u32]| image_order(face.len()).map(|k| mirror[face[k] as usize]).collect::<Vec<u32>>();
+        let faces: Vec<Vec<u32>> = half.faces().map(<[u32]>::to_vec).chain(half.faces().map(image)).collect();
+        let whole = PolygonMesh::from_polygons(positions, &faces)
+            .map_err(|error| RetopologizeError::bug(&format!("the mirrored mesh is no mesh: {error}")))?;
+        Ok((whole, mirror))
     }
+
+    /// The features of both sides. A chain that meets the plane alone goes on beyond it under its number.
+    fn both_features(
+        &self,
+        near: Vec<OutputFeature>,
+        mesh: &PolygonMesh,
+        mirror: &[u32],
+        on_plane: &[bool],
+        all: &Features,
+        kinds: &BTreeMap<[u32; 2], FeatureKind>,
+    ) -> Result<Vec<OutputFeature>, RetopologizeError> {
+        let is_on = |v: u32| on_plane.get(v as usize).copied().unwrap_or(false);
+        let lies = |edge: &OutputFeature| self.half.border_in_plane.contains(&lower_first(edge));
+        let mut meeting: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for edge in &near {
+            for v in edge.ends.into_iter().filter(|&v| is_on(v)) {
+                meeting.entry(v).or_default().push(edge.chain);
+            }
+        }
+        let passing: BTreeSet<u32> =
+            meeting.values().filter(|chains| chains.len() == 1).map(|chains| chains[0]).collect();
+        let chains = near.iter().map(|edge| edge.chain + 1).max().unwrap_or(0);
+        let mut both: Vec<OutputFeature> = Vec::with_capacity(2 * near.len());
+        for edge in &near {
+            let at = self.input_edge(edge.input_edge);
+            let input_edge = at.ok_or_else(|| RetopologizeError::bug("a feature of the half lies on no edge"))?;
+            both.push(OutputFeature { input_edge, kind: kind_of(kinds, input_edge), ..*edge });
+        }
+        let lines: Vec<[u32; 2]> = all.edges.iter().map(|&[a, b]| sorted(a, b)).chain(borders(&self.whole)).collect();
+        let closest = self.lines(&lines);
+        for k in (0..near.len()).filter(|&k| !lies(&near[k])) {
+            let ends = near[k].ends.map(|v| mirror[v as usize]);
+            let [a, b] = ends.map(|v| mesh.positions[v as usize]);
+            let found = closest.project(a.midpoint(b)).triangle;
+            let input_edge = if found == NONE { both[k].input_edge } else { lines[found as usize] };
+            let chain = if passing.contains(&near[k].chain) { near[k].chain } else { chains + near[k].chain };
+            both.push(OutputFeature { ends, chain, kind: kind_of(kinds, input_edge), input_edge });
+        }
+        Ok(both)
+    }
+
+    /// Sources of the corners of both sides, each from its own.
+    fn both_sources(&self, made: &Output, mesh: &PolygonMesh, input: &Triangulated) -> Vec<CornerSource> {
+        let (near, far) = (made.corner_source.len(), &self.far);
+        let own = |source: &CornerSource| {
+            let corners =
+                source.corners.map(|c| self.half.mesh.positions[self.mesh.corner_verts()[c as usize] as usize]);
+            let point =
+                corners[0] * source.weights[0] + corners[1] * source.weights[1] + corners[2] * source.weights[2];
+            input.source_at(self.half.source[source.face as usize], self.placement.to_working(point))
+        };
+        let mut both: Vec<CornerSource> = made.corner_source.par_iter().map(own).collect();
+        let images: Vec<CornerSource> = (near..mesh.corner_verts().len())
+            .into_par_iter()
+            .map(|corner| {
+                let (face, k) = (corner / 4, corner % 4);
+                let at = mesh.positions[mesh.corner_verts()[corner] as usize];
+                let middle = mesh.face_points(face).sum::<DVec3>() / 4.0;
+                let found = far.1.project(at.lerp(middle, INWARDS));
+                if found.triangle == NONE {
+                    let like = image_order(4).nth(k).unwrap_or(0);
+                    return both[corner - near - k + like];
+                }
+                input.source_at(far.0[found.triangle as usize], self.placement.to_working(at))
+            })
+            .collect();
+        both.extend(images);
+        both
+    }
+}
+
+fn lower_first(edge: &OutputFeature) -> [u32; 2] {
+    sorted(edge.input_edge[0], edge.input_edge[1])
+}
+
+/// The corners of a mirrored face, as those of the face: the first stays the first.
+fn image_order(corners: usize) -> impl Iterator<Item = usize> {
+    (0..corners).map(move |k| (corners - k) % corners)
+}
+
+/// Border edges, lower vertex first.
+fn borders(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
+    border_edges(&Topology::of_triangles(mesh))
+}
+
+fn base_borders(base: &PolygonMesh) -> Vec<[u32; 2]> {
+    border_edges(&Topology::of(base))
+}
+
+fn border_edges(topology: &Topology) -> Vec<[u32; 2]> {
+    let borders = (0..topology.len() as u32).filter(|&h| topology.is_border(h));
+    borders.map(|h| sorted(topology.from(h), topology.to(h))).collect()
+}
+
+fn diagonal(mesh: &TriangleMesh) -> f64 {
+    mesh::Aabb::of(mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize])).diagonal()
 }
 
 #[cfg(test)]

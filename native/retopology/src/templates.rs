@@ -7,6 +7,8 @@
 use crate::base::Base;
 use crate::measures::Measures;
 use crate::patch::{Patch, Rim};
+use crate::sources::distance_to_segment;
+use mesh::DVec3;
 use quadrangulate::CustomPattern;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -38,6 +40,15 @@ pub struct TemplateChoice {
     pub template: String,
     /// Quarter turns: the template's first side is the patch's side that starts this many corners after the base edge's first end.
     pub turn: usize,
+}
+
+/// Where a template goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TemplatePlace {
+    /// The pair of base triangles that share this base edge.
+    Edge(u32),
+    /// The pair whose common base edge is nearest to this point, scene units.
+    Point(DVec3),
 }
 
 /// Why a catalogue or a choice cannot be used.
@@ -77,6 +88,9 @@ pub enum TemplateError {
         /// The base edge.
         edge: u32,
     },
+    /// No pair of triangles can have a template: all edges are features.
+    #[error("no pair of base triangles can have a template: all base edges are features or borders")]
+    NoPairs,
     /// The counts along a patch cannot be made to fit.
     #[error(
         "the template at base edge {edge} cannot have the counts of its neighbours; choose templates farther apart"
@@ -169,6 +183,43 @@ pub(crate) struct Chosen {
     pub pattern: CustomPattern,
 }
 
+/// The base edge at each place. O(surface).
+pub(crate) fn edges_at(
+    base: &Base,
+    measures: &Measures,
+    places: &[(TemplatePlace, TemplateChoice)],
+) -> Result<BTreeMap<u32, TemplateChoice>, TemplateError> {
+    let mut choices = BTreeMap::new();
+    for (place, choice) in places {
+        let edge = match *place {
+            TemplatePlace::Edge(edge) => edge,
+            TemplatePlace::Point(point) => {
+                let at = |v: u32| base.surface.positions[v as usize];
+                let away = |edge: u32| {
+                    let steps = base.edges[edge as usize].path.windows(2);
+                    steps.map(|step| distance_to_segment(point, at(step[0]), at(step[1]))).fold(f64::INFINITY, f64::min)
+                };
+                let free = (0..base.edges.len() as u32).filter(|&e| pair_at(base, measures, e).is_some());
+                free.map(|e| (away(e), e)).min_by(|a, b| a.0.total_cmp(&b.0)).ok_or(TemplateError::NoPairs)?.1
+            }
+        };
+        if choices.insert(edge, choice.clone()).is_some() {
+            return Err(TemplateError::NoPair { edge });
+        }
+    }
+    Ok(choices)
+}
+
+/// The two triangles beside a base edge, ascending, when they can be a patch.
+fn pair_at(base: &Base, measures: &Measures, edge: u32) -> Option<[u32; 2]> {
+    if measures.rails.get(edge as usize) != Some(&false) {
+        return None;
+    }
+    let beside = (0..base.triangles.len() as u32).filter(|&t| base.triangle_edges[t as usize].contains(&edge));
+    let pair: [u32; 2] = beside.collect::<Vec<_>>().try_into().ok()?;
+    Rim::new(base, measures, &pair).is_some().then_some(pair)
+}
+
 /// Looks up all choices.
 pub(crate) fn chosen(
     base: &Base,
@@ -179,16 +230,9 @@ pub(crate) fn chosen(
     catalogue.check()?;
     let mut all: Vec<Chosen> = Vec::new();
     for (&edge, choice) in choices {
-        let no_pair = TemplateError::NoPair { edge };
-        if measures.rails.get(edge as usize) != Some(&false) {
-            return Err(no_pair);
-        }
-        let beside = (0..base.triangles.len() as u32).filter(|&t| base.triangle_edges[t as usize].contains(&edge));
-        let pair: [u32; 2] = beside.collect::<Vec<_>>().try_into().map_err(|_| no_pair.clone())?;
-        let taken = all.iter().any(|other| other.pair.iter().any(|t| pair.contains(t)));
-        if taken || Rim::new(base, measures, &pair).is_none() {
-            return Err(no_pair);
-        }
+        let pair = pair_at(base, measures, edge);
+        let is_free = |pair: &[u32; 2]| !all.iter().any(|other| other.pair.iter().any(|t| pair.contains(t)));
+        let pair = pair.filter(is_free).ok_or(TemplateError::NoPair { edge })?;
         all.push(Chosen { edge, pair, turn: choice.turn, pattern: catalogue.pattern(&choice.template)? });
     }
     Ok(all)
