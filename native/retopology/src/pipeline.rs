@@ -11,16 +11,17 @@ use crate::detect::sharp_edges;
 use crate::failure::RetopologizeError;
 use crate::features::Features;
 use crate::input::{Placement, normalised};
-use crate::inspect::{edges_of, inspect, inspect_features};
+use crate::inspect::{edges_of, inspect_features};
 use crate::measures::Measures;
 use crate::output::{BasePath, FeatureKind, Output, OutputFeature, Report};
 use crate::quads::{LayoutOptions, Quads, quads_from_base};
 use crate::sources::{corner_sources, distance_to_segment, nearest_edges};
-use crate::triangulate::{Triangulated, triangulate};
 use mesh::{Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, scaled_jacobian, sorted};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::time::Instant;
+use surface::inspect::{inspect, inspect_vertices};
+use surface::triangulate::{Triangulated, triangulate};
 
 /// Most quads: what a scene can hold, and a slip of the edge length should not ask for.
 const MOST_FACES: f64 = 4e6;
@@ -72,6 +73,7 @@ pub fn retopologize(
     let mut clock = Clock { last: Instant::now(), seconds: BTreeMap::new() };
     monitor.stage("checking the mesh", 0.0)?;
     inspect(mesh)?;
+    inspect_vertices(mesh)?;
     let marked = inspect_features(mesh, features)?;
     let given = &options.layout.density;
     if !given.is_empty() && given.len() != mesh.vertex_count() {
