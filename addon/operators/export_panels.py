@@ -27,7 +27,9 @@ class QUADLOOM_OT_export_panels(ExportPanelsOptions, bpy.types.Operator, ExportH
     bl_label = "Export Panels"
     bl_options: ClassVar = {"REGISTER"}
 
-    filter_glob: StringProperty(default="*.csv;*.json;*.svg;*.dxf", options={"HIDDEN"})
+    filter_glob: StringProperty(
+        name="Filter", description="Files shown", default="*.csv;*.json;*.svg;*.dxf", options={"HIDDEN", "SKIP_SAVE"}
+    )
 
     @property
     def filename_ext(self) -> str:

@@ -132,7 +132,7 @@ def test_a_surface_becomes_panels_with_its_topology_and_border(name, pattern):
     mesh = make()
     result = quadloom.tile_surface(mesh, target_panels=count, pattern=pattern)
     check_result(mesh, result)
-    assert len(result.panels) == pytest.approx(count, rel=0.2)
+    assert len(result.panels) == pytest.approx(count, rel=0.1)
     assert result.report["edge_length_spread"] < 0.2
     assert result.report["planarity_mean"] < 0.02
 
@@ -191,10 +191,29 @@ def test_the_edge_length_is_that_of_the_edges():
 
 
 def test_flattening_flattens_and_closeness_holds():
-    mesh = grid(24, 24, saddle)
-    shaped = quadloom.tile_surface(mesh, 0.35, flattening_rounds=0)
-    flat = quadloom.tile_surface(mesh, 0.35, flattening_rounds=60, closeness=0.05)
-    assert flat.report["planarity_mean"] < 0.7 * shaped.report["planarity_mean"]
+    def made(**options) -> tuple[float, float]:
+        result = quadloom.tile_surface(grid(24, 24, saddle), 0.35, **options)
+        x, y, z = result.mesh.positions.T
+        return result.report["planarity_mean"], float(np.abs(z - (x * x - y * y) / 9).max())
+
+    shaped, flat, loose = made(flattening_rounds=0), made(), made(closeness=0.02)
+    assert flat[0] < 0.7 * shaped[0]
+    assert shaped[1] < flat[1] < loose[1]
+
+
+def test_sharp_edges_of_a_box_are_followed():
+    mesh = quadloom.Mesh.from_polygons(CUBE, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    for angle, expected in ((None, 12), (math.pi, 0)):
+        options = {} if angle is None else {"feature_angle": angle}
+        result = quadloom.tile_surface(mesh, target_panels=400, **options)
+        check_result(mesh, result)
+        p = result.mesh.positions
+        at_side = ((p < 1e-6) | (p > 1 - 1e-6)).sum(axis=1) >= 2
+        edges = result.panels.edges[at_side[result.panels.edges].all(axis=1)]
+        # Along one edge of the cube, not across a corner of it.
+        along = (np.abs(np.diff(p[edges], axis=1)[:, 0]) > 1e-6).sum(axis=1) == 1
+        total = np.linalg.norm(np.diff(p[edges], axis=1), axis=2)[along].sum()
+        assert total == pytest.approx(expected, abs=1e-6)
 
 
 def test_marked_edges_become_lines_of_edges():
@@ -417,7 +436,8 @@ def test_drawings_show_every_panel_at_its_size():
 
 def test_sheets_hold_what_fits_and_name_what_does_not():
     schedule = quadloom.panel_schedule(squares_and_triangles())
-    assert schedule.unrolled("svg", sheet=(2.5, 2.5), gap=0.1).count("<rect") == 4
+    # Two rows of triangles on the first sheet; no room for squares above them.
+    assert schedule.unrolled("svg", sheet=(2.5, 2.5), gap=0.1).count("<rect") == 2
     with pytest.raises(quadloom.QuadloomError) as caught:
         schedule.unrolled("svg", sheet=(1.5, 1.5), gap=0.1)
     assert caught.value.code == "sheet"

@@ -156,7 +156,7 @@ def test_the_edge_length_is_one_of_the_world():
         own = (verts - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
         assert (own[:, :2].min(), own[:, :2].max()) == pytest.approx((-2, 2), abs=1e-4)
         up = sum(np.cross(own[f[1]] - own[f[0]], own[f[2]] - own[f[0]])[2] for f in faces)
-        assert up > 0
+        assert up * np.linalg.det(matrix[:3, :3]) > 0
         bpy.data.objects.remove(made)
 
 

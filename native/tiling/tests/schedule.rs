@@ -210,6 +210,7 @@ fn drawings_hold_every_panel_once_at_its_size_and_apart() {
     let svg = schedule.unrolled(Format::Svg, &options, &Monitor::new()).expect("a drawing");
     assert_eq!(svg, schedule.unrolled(Format::Svg, &options, &Monitor::new()).expect("a drawing"));
     let text = schedule.unrolled(Format::Dxf, &options, &Monitor::new()).expect("a drawing");
+    std::thread::sleep(std::time::Duration::from_millis(20));
     assert_eq!(text, schedule.unrolled(Format::Dxf, &options, &Monitor::new()).expect("a drawing"));
     let drawing = Drawing::load(&mut text.as_bytes()).expect("a DXF file");
     let lines = |layer: &str| {

@@ -126,6 +126,13 @@ fn to_dxf(sheets: &Sheets, words: &[Word]) -> Result<String, ScheduleError> {
     let mut drawing = Drawing::new();
     drawing.header.version = AcadVersion::R2000;
     drawing.header.default_drawing_units = Units::Millimeters;
+    // The crate would put the time and a random number into each file: the same panels are to be the same bytes.
+    drawing.header.creation_date = Default::default();
+    drawing.header.creation_date_universal = Default::default();
+    drawing.header.update_date = Default::default();
+    drawing.header.update_date_universal = Default::default();
+    drawing.header.fingerprint_guid = Default::default();
+    drawing.header.version_guid = Default::default();
     for (name, color) in [(CUT_LAYER, 1), (LABEL_LAYER, 5), (SHEET_LAYER, 8)] {
         drawing.add_layer(Layer { name: name.to_owned(), color: Color::from_index(color), ..Layer::default() });
     }
