@@ -1,5 +1,5 @@
-"""Quadloom: booleans of quad meshes that stay quad meshes, retopology along marked edges, and outlines filled with triangles
-and squares.
+"""Quadloom: booleans of quad meshes that stay quad meshes, retopology along marked edges, and outlines and surfaces in
+triangles and squares.
 
 Layers: operators -> jobs, bridge, native and what lies between; panels name operators by their bl_idname only; native.py
 alone imports the wheel. What touches bpy runs on the main thread. attributes.py, features.py, layouts.py, outline.py,
@@ -7,10 +7,11 @@ patterns.py, symmetry.py and native.py touch no bpy: they run on a job's thread 
 """
 
 from . import command, jobs, properties
-from .operators import boolean, retopologize, select_defects, tile_curve
+from .operators import boolean, export_panels, retopologize, select_defects, tile_curve, tile_surface
 from .panels import main
 from .panels import retopologize as retopologize_panel
 from .panels import tile_curve as tile_curve_panel
+from .panels import tile_surface as tile_surface_panel
 
 modules = (
     properties,
@@ -19,9 +20,12 @@ modules = (
     retopologize,
     select_defects,
     tile_curve,
+    tile_surface,
+    export_panels,
     main,
     retopologize_panel,
     tile_curve_panel,
+    tile_surface_panel,
     command,
 )
 

@@ -1,7 +1,8 @@
-"""`blender --command quadloom boolean A B -o OUT`, `... retopologize MESH -o OUT`, `... tile-curve OUTLINE -o OUT`: the tools
-for scripts and farms.
+"""`blender --command quadloom boolean A B -o OUT`, `... retopologize MESH -o OUT`, `... tile-curve OUTLINE -o OUT`,
+`... tile-surface MESH -o OUT`, `... export-panels MESH -o OUT`: the tools for scripts and farms.
 
-A, B, MESH and OUTLINE are OBJ files, or FILE.blend:OBJECT. OUT is an .obj or a .blend file. Exit code 0, or 1 with the reason
+A, B, MESH and OUTLINE are OBJ files, or FILE.blend:OBJECT. OUT is an .obj or a .blend file; of
+`export-panels` .csv, .json, .svg or .dxf. Exit code 0, or 1 with the reason
 on stderr.
 """
 
@@ -63,12 +64,38 @@ def main(arguments: list[str]) -> int:
     tile_curve.add_argument("--no-straight", dest="straight", action="store_false", help="let the border run in zigzag")
     tile_curve.add_argument("--rotation", type=float, metavar="DEGREES", help="of the edges; without it the best")
     tile_curve.add_argument("--memory", type=int, default=64, metavar="MB", help="for counting the patterns")
-    for verb in (boolean, retopologize, tile_curve):
+    tile_surface = verbs.add_parser("tile-surface", help="cover a mesh with panels: triangles and squares")
+    tile_surface.add_argument("mesh", help="FILE.obj or FILE.blend:OBJECT")
+    tile_surface.add_argument(
+        "--features", type=_sources, default="sharp,seam,crease,material_borders", metavar="SOURCE,...",
+        help=f"marks that panel edges follow, or none: {', '.join(SOURCES)}",
+    )  # fmt: skip
+    size = tile_surface.add_mutually_exclusive_group()
+    size.add_argument("--panel-count", type=int, default=1000, metavar="COUNT", help="about how many panels")
+    size.add_argument("--panel-size", type=float, help="length of their edges instead, scene units")
+    tile_surface.add_argument("--pattern", choices=["regular", "random"], default="regular")
+    tile_surface.add_argument("--seed", type=int, default=0)
+    tile_surface.add_argument("--no-detect", dest="detect", action="store_false", help="do not follow sharp edges")
+    tile_surface.add_argument("--shaping-rounds", type=int, default=60, help="rounds that make panels regular")
+    tile_surface.add_argument("--flattening-rounds", type=int, default=15, help="further rounds that make them flat")
+    tile_surface.add_argument("--closeness", type=float, default=1.0, help="weight of nearness to the surface in these")
+    tile_surface.add_argument("--color-by", choices=["kind", "type", "planarity", "area"], default="kind")
+    export_panels = verbs.add_parser("export-panels", help="write panels as tables, JSON or drawings of them laid flat")
+    export_panels.add_argument("mesh", help="FILE.obj or FILE.blend:OBJECT, of triangles and quads")
+    export_panels.add_argument("--sheet", type=float, nargs=2, default=(0.0, 0.0), metavar=("WIDTH", "HEIGHT"))
+    export_panels.add_argument("--gap", type=float, default=0.01, help="free space round panels, scene units")
+    export_panels.add_argument("--no-labels", dest="labels", action="store_false", help="write no ids on the panels")
+    for verb in (tile_surface, export_panels):
+        verb.add_argument("--type-tolerance", type=float, default=0.0, help="of panels of one type; scene units")
+        verb.add_argument("--mirror", action="store_true", help="count mirror images as one type")
+    for verb in (boolean, retopologize, tile_curve, tile_surface):
         verb.add_argument("-o", "--output", type=Path, required=True, help="an .obj or a .blend file")
+    export_panels.add_argument("-o", "--output", type=Path, required=True, help="a .csv, .json, .svg or .dxf file")
     given = parser.parse_args(arguments)
+    suffixes = [".csv", ".json", ".svg", ".dxf"] if given.verb == "export-panels" else [".obj", ".blend"]
     try:
-        if given.output.suffix not in {".obj", ".blend"}:
-            raise ValueError(f"{given.output}: the output must be an .obj or a .blend file")
+        if given.output.suffix not in suffixes:
+            raise ValueError(f"{given.output}: the output must be one of: {', '.join(suffixes)}")
         if given.verb == "boolean":
             names = ("operation", "filler", "layout", "alpha", "blend_radius", "retraction_distance")
             _select([_load(given.a), _load(given.b)])
@@ -83,13 +110,27 @@ def main(arguments: list[str]) -> int:
                 options |= {"size_by": "edge_length", "edge_length": given.edge_length}
             _select([_load(given.mesh)])
             bpy.ops.quadloom.retopologize(hide_input=True, **options)
+        elif given.verb == "tile-surface":
+            names = ("panel_count", "pattern", "seed", "detect", "shaping_rounds", "flattening_rounds", "closeness")
+            options = {name: getattr(given, name) for name in (*names, "color_by", "type_tolerance", "mirror")}
+            options |= {source: source in given.features for source in SOURCES}
+            if given.panel_size is not None:
+                options |= {"size_by": "edge_length", "panel_size": given.panel_size}
+            _select([_load(given.mesh)])
+            bpy.ops.quadloom.tile_surface(hide_input=True, **options)
+        elif given.verb == "export-panels":
+            options = {name: getattr(given, name) for name in ("sheet", "gap", "labels", "type_tolerance", "mirror")}
+            _select([_load(given.mesh)])
+            path = str(given.output.resolve())
+            bpy.ops.quadloom.export_panels(filepath=path, format=given.output.suffix[1:], **options)
         else:
             options = {name: getattr(given, name) for name in ("panel_size", "pattern", "number", "seed", "straight", "memory")}
             if given.rotation is not None:
                 options |= {"fix_rotation": True, "rotation": math.radians(given.rotation)}
             _select([_load(given.outline)])
             bpy.ops.quadloom.tile_curve(**options)
-        _save(given.output)
+        if given.verb != "export-panels":
+            _save(given.output)
     except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: what an operator reports as an error
         print(f"quadloom: {error}", file=sys.stderr)
         return 1

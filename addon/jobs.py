@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import bpy
 from bpy.app.translations import pgettext_iface as translated
 
 from .native import Cancelled, Progress
+from .selection import WhyNot
 
 POLL_SECONDS = 0.05
 # Looking around stays possible while a job runs; everything else waits, so that nothing can change under it.
@@ -67,8 +68,19 @@ running: Job | None = None
 
 
 class JobOperator:
-    """Mixin of an operator whose work is a job. It provides `_prepare(context)`, which reads Blender into `_task` or reports
-    why not, `finish(context, outcome)` and `fail(context, error)`."""
+    """Mixin of an operator whose work is a job. It provides `why_not`, `_prepare(context)`, which reads Blender into `_task` or
+    reports why not, `finish(context, outcome)` and `fail(context, error)`."""
+
+    why_not: ClassVar[WhyNot]
+    """Why it cannot start."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Grey, with the reason, when it cannot start."""
+        reason = cls.why_not(context)
+        if reason is not None:
+            cls.poll_message_set(reason)
+        return reason is None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Runs to the end: scripts, the redo panel, `blender -b`."""

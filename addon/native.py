@@ -77,6 +77,21 @@ def template_names(catalogue: str | None) -> list[str]:
     return list(dict.fromkeys([*names, *(template["name"] for template in own)]))
 
 
+def tile_surface(mesh: Snapshot, feature_edges: Array, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.tile_surface` of a snapshot; raises NativeError or Cancelled."""
+    return _call(lambda: quadloom.tile_surface(_mesh(mesh), feature_edges=feature_edges, progress=progress, **options))
+
+
+def panel_schedule(mesh: Snapshot, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.panel_schedule` of a snapshot; raises NativeError or Cancelled."""
+    return _call(lambda: quadloom.panel_schedule(_mesh(mesh), progress=progress, **options))
+
+
+def unrolled(schedule: Any, kind: str, **options: Any) -> str:
+    """The panels of a schedule laid flat, as an "svg" or "dxf" drawing; raises NativeError."""
+    return str(_call(lambda: schedule.unrolled(kind, **options)))
+
+
 def check(mesh: Snapshot) -> Any:
     """`quadloom.check`: every defect of the mesh, with indices."""
     return _call(lambda: quadloom.check(_mesh(mesh)))

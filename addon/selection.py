@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import bpy
 from bpy.app.translations import pgettext_rpt as translated
 
 from . import native
+
+WhyNot = Callable[[bpy.types.Context], str | None]
+"""Why a tool cannot start, or None."""
 
 
 def operands(context: bpy.types.Context) -> tuple[bpy.types.Object, bpy.types.Object]:
@@ -14,34 +19,25 @@ def operands(context: bpy.types.Context) -> tuple[bpy.types.Object, bpy.types.Ob
     return active, next(obj for obj in _selected_meshes(context) if obj != active)
 
 
-def why_not(context: bpy.types.Context) -> str | None:
-    """Why the boolean cannot start, or None. Cheap: it is asked at every redraw."""
-    if native.problem is not None:
-        return native.problem
-    if context.mode not in {"OBJECT", "EDIT_MESH"}:
-        return translated("Only in Object Mode and Edit Mode")
+def why_no_boolean(context: bpy.types.Context) -> str | None:
+    """Why the active and the other selected object cannot be combined, or None."""
+    reason = _why_no_active(context, {"MESH"}, translated("The active object is not a mesh"))
+    if reason is not None:
+        return reason
     active = context.active_object
-    if active is None or active.type != "MESH":
-        return translated("The active object is not a mesh")
     others = [obj for obj in _selected_meshes(context) if obj != active]
     if len(others) != 1:
         text = translated("Select exactly one other mesh beside the active one; now selected: {count}")
         return text.format(count=len(others))
-    for obj in (active, others[0]):
-        if len(obj.data.polygons) == 0 and not obj.modifiers and obj.mode != "EDIT":
-            return translated("“{name}” has no faces").format(name=obj.name)
-    return None
+    return _why_no_faces(active) or _why_no_faces(others[0])
 
 
 def why_no_outline(context: bpy.types.Context) -> str | None:
-    """Why the active object cannot be tiled, or None."""
-    if native.problem is not None:
-        return native.problem
-    if context.mode not in {"OBJECT", "EDIT_CURVE", "EDIT_MESH"}:
-        return translated("Only in Object Mode and Edit Mode")
+    """Why the active object has no outline to fill, or None."""
+    reason = _why_no_active(context, {"CURVE", "MESH"}, translated("The active object is neither a curve nor a mesh"))
+    if reason is not None:
+        return reason
     active = context.active_object
-    if active is None or active.type not in {"CURVE", "MESH"}:
-        return translated("The active object is neither a curve nor a mesh")
     parts = active.data.splines if active.type == "CURVE" else active.data.edges
     if len(parts) == 0 and not active.modifiers and active.mode != "EDIT":
         return translated("“{name}” is empty").format(name=active.name)
@@ -49,16 +45,26 @@ def why_no_outline(context: bpy.types.Context) -> str | None:
 
 
 def why_no_surface(context: bpy.types.Context) -> str | None:
-    """Why the active object cannot be retopologized, or None."""
+    """Why the active object has no surface to work on, or None."""
+    reason = _why_no_active(context, {"MESH"}, translated("The active object is not a mesh"))
+    return reason or _why_no_faces(context.active_object)
+
+
+def _why_no_active(context: bpy.types.Context, types: set[str], otherwise: str) -> str | None:
+    """What every tool asks first: the library, the mode, and the type of the active object."""
     if native.problem is not None:
         return native.problem
-    if context.mode not in {"OBJECT", "EDIT_MESH"}:
+    if context.mode not in {"OBJECT", *(f"EDIT_{kind}" for kind in types)}:
         return translated("Only in Object Mode and Edit Mode")
-    active = context.active_object
-    if active is None or active.type != "MESH":
-        return translated("The active object is not a mesh")
-    if len(active.data.polygons) == 0 and not active.modifiers and active.mode != "EDIT":
-        return translated("“{name}” has no faces").format(name=active.name)
+    if context.active_object is None or context.active_object.type not in types:
+        return otherwise
+    return None
+
+
+def _why_no_faces(obj: bpy.types.Object) -> str | None:
+    # Modifiers and edits under way may add some: the operator will see.
+    if len(obj.data.polygons) == 0 and not obj.modifiers and obj.mode != "EDIT":
+        return translated("“{name}” has no faces").format(name=obj.name)
     return None
 
 

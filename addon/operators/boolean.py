@@ -40,14 +40,7 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
     bl_idname = "quadloom.boolean"
     bl_label = "Quad Boolean"
     bl_options: ClassVar = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Grey, with the reason, unless two meshes are selected and one of them is active."""
-        reason = selection.why_not(context)
-        if reason is not None:
-            cls.poll_message_set(reason)
-        return reason is None
+    why_not: ClassVar = staticmethod(selection.why_no_boolean)
 
     def draw(self, context: bpy.types.Context) -> None:
         """The redo panel."""

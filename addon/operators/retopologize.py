@@ -91,14 +91,7 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
     bl_idname = "quadloom.retopologize"
     bl_label = "Feature Retopology"
     bl_options: ClassVar = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Grey, with the reason, unless a mesh is active."""
-        reason = selection.why_no_surface(context)
-        if reason is not None:
-            cls.poll_message_set(reason)
-        return reason is None
+    why_not: ClassVar = staticmethod(selection.why_no_surface)
 
     def draw(self, context: bpy.types.Context) -> None:
         """The redo panel."""

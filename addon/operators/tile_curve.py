@@ -12,7 +12,7 @@ from bpy.app.translations import pgettext_rpt as translated
 from bpy.props import StringProperty
 from mathutils import Matrix
 
-from .. import attributes, bridge, messages, native, outline, patterns, selection
+from .. import attributes, bridge, materials, messages, native, outline, patterns, selection
 from ..attributes import Array, Attribute, Snapshot
 from ..jobs import JobOperator
 from ..outline import OutlineError, Plane
@@ -20,12 +20,6 @@ from ..patterns import Layout, Request
 from ..properties import TILE_CURVE_OPTIONS, TileCurveOptions, tile_curve_uses
 
 KIND, ORIENTATION = "tile_kind", "tile_orientation"
-# Name and colour of the material of each kind of panel, by its number.
-MATERIALS = (
-    ("Triangle Panels", (0.80, 0.42, 0.16, 1.0)),
-    ("Square Panels", (0.16, 0.36, 0.58, 1.0)),
-    ("Rhombus Panels", (0.54, 0.03, 0.21, 1.0)),
-)
 
 
 @dataclass(frozen=True)
@@ -48,16 +42,9 @@ class QUADLOOM_OT_tile_curve(TileCurveOptions, JobOperator, bpy.types.Operator):
     bl_idname = "quadloom.tile_curve"
     bl_label = "Tile Curve"
     bl_options: ClassVar = {"REGISTER", "UNDO"}
+    why_not: ClassVar = staticmethod(selection.why_no_outline)
 
     summary: StringProperty(name="Summary", description="What the last run made", options={"HIDDEN", "SKIP_SAVE"}, default="")
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Grey, with the reason, unless a curve or a mesh is active."""
-        reason = selection.why_no_outline(context)
-        if reason is not None:
-            cls.poll_message_set(reason)
-        return reason is None
 
     def draw(self, context: bpy.types.Context) -> None:
         """The redo panel."""
@@ -151,7 +138,7 @@ def _snapshot(layout: Layout) -> Snapshot:
     edges = np.unique(np.sort(sides, axis=1), axis=0).astype(np.int32)
     kinds = layout.kinds.astype(np.int32)[:, None]
     # Rhombi are rare: an object without has no material for them.
-    materials = MATERIALS[: max(patterns.SQUARE, int(layout.kinds.max())) + 1]
+    panels = materials.KINDS[: max(patterns.SQUARE, int(layout.kinds.max())) + 1]
     return Snapshot(
         positions=np.column_stack([layout.positions, np.zeros(len(layout.positions))]),
         edges=edges,
@@ -162,22 +149,8 @@ def _snapshot(layout: Layout) -> Snapshot:
             ORIENTATION: Attribute("FACE", "INT", layout.orientations.astype(np.int32)[:, None]),
             attributes.MATERIAL: Attribute("FACE", "INT", kinds),
         },
-        materials=[_material(*each) for each in materials],
+        materials=[materials.named(*each) for each in panels],
     )
-
-
-def _material(name: str, color: tuple[float, float, float, float]) -> bpy.types.Material:
-    """The material of that name: what the artist made of it stays."""
-    material = bpy.data.materials.get(name)
-    if material is None:
-        material = bpy.data.materials.new(name)
-        material.diffuse_color = color
-        if material.node_tree is None:  # before Blender 5
-            material.use_nodes = True
-        for node in material.node_tree.nodes:
-            if node.type == "BSDF_PRINCIPLED":
-                node.inputs["Base Color"].default_value = color
-    return material
 
 
 def _counts(layout: Layout) -> dict[str, int]:

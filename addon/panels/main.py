@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import ClassVar
 
 import bpy
@@ -10,9 +9,8 @@ from bpy.app.translations import pgettext_iface as translated
 
 from .. import jobs, selection
 from ..properties import BOOLEAN_OPTIONS
+from . import layouts
 
-# Width of a letter of the interface font at the default scale.
-PIXELS_A_LETTER = 8
 SENTENCES = {
     "union": "“{a}” plus “{b}”",
     "difference": "“{a}” minus “{b}”",
@@ -39,21 +37,12 @@ class QUADLOOM_PT_main(bpy.types.Panel):
             layout.label(text="Esc cancels", icon="CANCEL")
             return
         layout.column(align=True).prop(settings, "operation", expand=True)
-        column = layout.column(align=True)
-        reason = selection.why_not(context)
+        reason = selection.why_no_boolean(context)
         if reason is None:
-            self._say_what_happens(context, column, settings.operation)
+            self._say_what_happens(context, layout.column(align=True), settings.operation)
         else:
-            # Labels do not wrap by themselves.
-            for line in textwrap.wrap(reason, max(context.region.width // PIXELS_A_LETTER, 20)):
-                column.label(text=line)
-        row = layout.row()
-        row.scale_y = 1.4
-        # INVOKE gives the progress bar and Esc.
-        row.operator_context = "INVOKE_DEFAULT"
-        button = row.operator("quadloom.boolean", icon=ICONS[settings.operation])
-        for name in BOOLEAN_OPTIONS:
-            setattr(button, name, getattr(settings, name))
+            layouts.sentences(context, layout, [reason])
+        layouts.button(layout, "quadloom.boolean", settings, BOOLEAN_OPTIONS, icon=ICONS[settings.operation])
 
     def _say_what_happens(self, context: bpy.types.Context, layout: bpy.types.UILayout, operation: str) -> None:
         a, b = selection.operands(context)

@@ -3,7 +3,6 @@ quads will be, and why the button is grey."""
 
 from __future__ import annotations
 
-import textwrap
 from typing import ClassVar
 
 import bpy
@@ -12,7 +11,7 @@ from bpy.app.translations import pgettext_iface as translated
 
 from .. import bridge, features, jobs, selection
 from ..properties import RETOPOLOGIZE_OPTIONS, retopologize_uses
-from .main import PIXELS_A_LETTER
+from . import layouts
 
 SIZES = ("size_by", "target_faces", "edge_length", "density_group", "density_factor")
 DETECTION = ("detect_angle", "detect_length", "mark_detected")
@@ -38,18 +37,8 @@ class QUADLOOM_PT_retopologize(bpy.types.Panel):
         settings = context.scene.quadloom.retopologize
         layout.enabled = jobs.running is None
         reason = selection.why_no_surface(context)
-        column = layout.column(align=True)
-        lines = [reason] if reason is not None else what_happens(context)
-        for line in lines:
-            for part in textwrap.wrap(line, max(context.region.width // PIXELS_A_LETTER, 20)):
-                column.label(text=part)
-        row = layout.row()
-        row.scale_y = 1.4
-        # INVOKE gives the progress bar and Esc.
-        row.operator_context = "INVOKE_DEFAULT"
-        button = row.operator("quadloom.retopologize", icon="MOD_REMESH")
-        for name in RETOPOLOGIZE_OPTIONS:
-            setattr(button, name, getattr(settings, name))
+        layouts.sentences(context, layout, [reason] if reason is not None else what_happens(context))
+        layouts.button(layout, "quadloom.retopologize", settings, RETOPOLOGIZE_OPTIONS, icon="MOD_REMESH")
         layout.label(text="Edge Loops Along")
         counts = {} if reason is not None else marked_edges(context)
         grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)

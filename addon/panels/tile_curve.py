@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import textwrap
 
 import bpy
 from bpy.app.translations import pgettext_iface as translated
 
 from .. import jobs, selection
 from ..properties import TILE_CURVE_OPTIONS, tile_curve_uses
-from .main import PIXELS_A_LETTER
+from . import layouts
 
 
 class QUADLOOM_PT_tile_curve(bpy.types.Panel):
@@ -36,20 +35,13 @@ class QUADLOOM_PT_tile_curve(bpy.types.Panel):
         reason = selection.why_no_outline(context)
         if reason is None:
             text = translated("Fills “{name}”").format(name=context.active_object.name)
-            layout.label(text=text, icon="MESH_GRID")
+            layouts.sentences(context, layout, [text], icon="MESH_GRID")
         else:
-            column = layout.column(align=True)
-            for line in textwrap.wrap(reason, max(context.region.width // PIXELS_A_LETTER, 20)):
-                column.label(text=line)
-        row = layout.row()
-        row.scale_y = 1.4
-        # INVOKE gives the progress bar and Esc.
-        row.operator_context = "INVOKE_DEFAULT"
-        button = row.operator("quadloom.tile_curve", icon="MESH_GRID")
+            layouts.sentences(context, layout, [reason])
+        layouts.button(layout, "quadloom.tile_curve", settings, TILE_CURVE_OPTIONS, icon="MESH_GRID")
         column = layout.column()
         column.use_property_split = True
         for name in TILE_CURVE_OPTIONS:
-            setattr(button, name, getattr(settings, name))
             shown = column.row()
             shown.enabled = tile_curve_uses(settings, name)
             shown.prop(settings, name)

@@ -23,6 +23,8 @@ __all__ = [
     "QuadloomError",
     "RetopologyResult",
     "RetopologySession",
+    "Schedule",
+    "SurfaceResult",
     "Symmetry",
     "Tiling",
     "TilingIterator",
@@ -34,9 +36,11 @@ __all__ = [
     "explain_boundary",
     "find_tiling",
     "fit_boundary",
+    "panel_schedule",
     "repair_boundary",
     "retopologize",
     "template_catalogue",
+    "tile_surface",
     "tilings",
 ]
 
@@ -626,3 +630,158 @@ def fit_boundary(
 
     Raises QuadloomError for a curve that is too small for a tile or longer than 1000 edges. The outline keeps within about
     0.7 edge lengths of the curve."""
+
+@final
+class Schedule:
+    """A mesh of triangles and quads as a list of parts: panels, their types, nodes and edges. Ids are indices of faces and
+    vertices. Lengths are in scene units. Two are equal when all they hold is."""
+
+    @property
+    def tolerance(self) -> float:
+        """No corner of a panel is further than this from where its type has it."""
+    @property
+    def mirror(self) -> bool:
+        """Whether mirror images are one type."""
+    @property
+    def types(self) -> _Indices:
+        """(F,) the type of each panel, an index into `type_names`."""
+    @property
+    def mirrored(self) -> NDArray[np.bool_]:
+        """(F,) whether a panel is the mirror image of its type."""
+    @property
+    def misfit(self) -> _Floats:
+        """(F,) greatest distance of a corner from where the type has it."""
+    @property
+    def area(self) -> _Floats:
+        """(F,) areas, scene units squared; a quad's is that of its projection onto its best plane."""
+    @property
+    def deviation(self) -> _Floats:
+        """(F,) greatest distance of a corner from the plane nearest to all: of a quad half the distance of its diagonals."""
+    @property
+    def planarity(self) -> _Floats:
+        """(F,) `deviation` over the mean length of the diagonals; 0 for triangles."""
+    @property
+    def type_names(self) -> list[str]:
+        """T1, T2, ... of triangles, Q1, Q2, ... of quads, the frequent ones first."""
+    @property
+    def type_counts(self) -> _Indices:
+        """(T,) how many panels each type has."""
+    @property
+    def type_models(self) -> _Indices:
+        """(T,) the panel whose shape each type has."""
+    @property
+    def edges(self) -> _Indices:
+        """(E, 2) the edges, as pairs of nodes."""
+    @property
+    def edge_lengths(self) -> _Floats:
+        """(E,) their lengths."""
+    @property
+    def edge_classes(self) -> _Indices:
+        """(E,) their classes of length, from the shortest; none differs from the middle of its class by more than
+        `tolerance`."""
+    def to_json(self) -> str:
+        """All of it as JSON text, with every digit."""
+    @staticmethod
+    def from_json(text: str) -> Schedule:
+        """Reads what `to_json` wrote. Raises QuadloomError with the code "text" when the text is no schedule."""
+    def to_csv(self, table: Literal["panels", "types", "nodes", "edges"] = "panels") -> str:
+        """One table as comma-separated values with a line of headings."""
+    def unrolled(
+        self,
+        format: Literal["svg", "dxf"] = "svg",
+        *,
+        sheet: tuple[float, float] | None = None,
+        gap: float | None = None,
+        millimetres: float = 1000.0,
+        labels: bool = True,
+        progress: _Progress | None = None,
+    ) -> str:
+        """All panels laid flat on sheets, as a drawing in millimetres: each on its best plane, as seen from outside, those of
+        a type beside one another and turned alike. A panel carries its id and type, and along its edges its neighbours' ids.
+
+        format: "svg", or "dxf" (AutoCAD 2000, layers CUT, LABEL and SHEET).
+        sheet: width and height of a sheet, scene units, above 0; None for one sheet that is large enough.
+        gap: free space round panels, scene units, 0 or more; None for a tenth of the mean edge length.
+        millimetres: how many a scene unit has, above 0.
+        labels: whether ids are written.
+
+        Raises QuadloomError for options out of range and panels larger than the sheet (code "sheet", elements "faces")."""
+    def __len__(self) -> int: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+def panel_schedule(
+    mesh: Mesh, *, tolerance: float | None = None, mirror: bool = False, progress: _Progress | None = None
+) -> Schedule:
+    """Measures the panels of a mesh of triangles and quads and sorts them into types that can be made alike.
+
+    mesh: any; faces may be open, non-manifold or apart.
+    tolerance: no corner of a panel is further than this from where its type has it, the two laid on their best planes,
+    outside up, and turned to one another; scene units, above 0; None for a hundredth of the mean edge length.
+    mirror: whether a panel and its mirror image are one type, as when panels may be turned over.
+
+    Raises InvalidMeshError for faces with more than four corners, without area or with a vertex twice, and positions that
+    are no numbers; QuadloomError for a tolerance out of range."""
+
+@final
+class SurfaceResult:
+    """What `tile_surface` returns."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The panels, triangles and quads, with the topology of the surface."""
+    @property
+    def panels(self) -> Schedule:
+        """The panels measured and sorted into types, as `panel_schedule` does."""
+    @property
+    def edge_length(self) -> float:
+        """Length of the edges asked for, scene units: shorter than `edge_length` where panels of that size had no room."""
+    @property
+    def irregular_verts(self) -> _Indices:
+        """(N,) vertices whose angle defect is not zero, a triangle's corner counting 60 and a square's 90 degrees."""
+    @property
+    def defects(self) -> _Indices:
+        """(N,) their defects in units of 30 degrees; the sum is 12 times the Euler characteristic."""
+    @property
+    def turned_faces(self) -> _Indices:
+        """(N,) panels with a corner that faces away from the surface: none but where no size had room."""
+    @property
+    def report(self) -> dict[str, Any]:
+        """What was done: counts, quality, seconds a stage, warnings."""
+
+def tile_surface(
+    mesh: Mesh,
+    edge_length: float | None = None,
+    feature_edges: ArrayLike | None = None,
+    *,
+    target_panels: int = 1000,
+    pattern: Literal["regular", "random"] = "regular",
+    seed: int = 0,
+    patch_panels: int = 40,
+    feature_angle: float = ...,
+    corner_angle: float = ...,
+    shaping_rounds: int = 60,
+    flattening_rounds: int = 15,
+    closeness: float = 1.0,
+    type_tolerance: float | None = None,
+    mirror: bool = False,
+    progress: _Progress | None = None,
+) -> SurfaceResult:
+    """Covers a surface by panels: triangles and quads that are near to equilateral triangles and squares of one edge length.
+    The result has the surface's topology; its border runs on the surface's, and marked edges become chains of edges.
+
+    edge_length: of the panels, scene units, above 0; None for about `target_panels` panels.
+    feature_edges: (E, 2) vertex pairs, edges of faces that edges of panels follow; None for none.
+    target_panels: about how many panels, 1 to 2,000,000, when there is no edge_length.
+    pattern: "regular", as periodic as the surface allows, or "random", drawn anew patch by patch.
+    seed: of the random pattern; the same seed gives the same panels.
+    patch_panels: panels of a patch of the random pattern, 12 to 200: more of them leave fewer traces of the regular one.
+    feature_angle: edges between faces that turn by more than this are followed too; radians, 0 to pi, by default 50 degrees.
+    corner_angle: borders and followed lines keep a vertex where they turn by more; radians, 0 to pi, by default 30 degrees.
+    shaping_rounds: rounds that make panels regular, on the surface; 0 to 1000.
+    flattening_rounds: further rounds that make them flat, near the surface; 0 to 1000.
+    closeness: weight of nearness to the surface against regularity in the latter; 0.001 to 1000.
+    type_tolerance, mirror: what counts as one type of panels, as in `panel_schedule`.
+    progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+    Raises InvalidMeshError, Cancelled, or QuadloomError when a feature is no edge of the surface (its element "features" is
+    a position in the list) or an option is out of range."""

@@ -54,7 +54,7 @@ def test_every_icon_exists():
 
 
 def test_every_option_has_a_tooltip():
-    for operator in ("boolean", "retopologize", "select_defects", "tile_curve"):
+    for operator in ("boolean", "export_panels", "retopologize", "select_defects", "tile_curve", "tile_surface"):
         rna = getattr(bpy.ops.quadloom, operator).get_rna_type()
         assert rna.description
         for prop in rna.properties:

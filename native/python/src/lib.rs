@@ -13,12 +13,14 @@ mod errors;
 mod fit;
 mod mesh;
 mod retopology;
+mod surface;
 mod tiling;
 mod worker;
 
 use pyo3::prelude::*;
 
-/// Pure-quad booleans of polygon meshes, retopology along marked edges, and triangle-quad tilings of outlines. Meshes are in
+/// Pure-quad booleans of polygon meshes, retopology along marked edges, and triangle-quad tilings of outlines and
+/// surfaces. Meshes are in
 /// Blender's own layout, lengths in scene units.
 #[pymodule]
 fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -32,5 +34,6 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
     fit::register(module)?;
     retopology::register(module)?;
+    surface::register(module)?;
     tiling::register(module)
 }

@@ -4,6 +4,7 @@ use crate::base_error::RetopologyError;
 use crate::error::LayoutError;
 use mesh::Cancelled;
 use std::collections::BTreeMap;
+use surface::inspect::Fault;
 
 /// What to mend, by kind of element: `"faces"`, `"edges"` (flat vertex pairs), `"verts"`; `"features"` and
 /// `"feature_verts"` are positions in the lists of features.
@@ -52,6 +53,13 @@ impl RetopologizeError {
         // Errors of the stages say so themselves, or know no better.
         let plea = if what.contains("please report") { "" } else { "; please report it with the mesh" };
         Self::Internal { sentence: format!("{what}{plea}") }
+    }
+}
+
+impl From<Fault> for RetopologizeError {
+    fn from(fault: Fault) -> Self {
+        let Fault { code, sentence, kind, elements } = fault;
+        Self::Invalid { code, sentence, elements: Elements::from([(kind, elements)]) }
     }
 }
 

@@ -29,7 +29,6 @@ mod surfaces;
 mod templates;
 #[cfg(test)]
 mod test_bases;
-mod triangulate;
 
 pub use density::Size;
 pub use error::LayoutError;

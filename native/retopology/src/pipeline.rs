@@ -21,11 +21,11 @@ use crate::session::{EditReport, Session};
 use crate::sources::{corner_sources, distance_to_segment, nearest_edges};
 use crate::symmetry::Symmetry;
 use crate::templates::{TemplateChoice, TemplatePlace, edges_at};
-use crate::triangulate::{Triangulated, triangulate};
 use mesh::{Cancelled, DVec3, Monitor, NONE, PolygonMesh, scaled_jacobian, sorted};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
+use surface::triangulate::{Triangulated, triangulate};
 
 /// Most quads: what a scene can hold, and a slip of the edge length should not ask for.
 const MOST_FACES: f64 = 4e6;

@@ -7,17 +7,18 @@ use crate::detect::sharp_edges;
 use crate::failure::RetopologizeError;
 use crate::features::Features;
 use crate::harmonic::harmonic;
-use crate::inspect::{edges_of, inspect, inspect_features};
+use crate::inspect::{edges_of, inspect_features};
 use crate::output::{BasePath, FeatureKind, Output};
 use crate::pipeline::{Clock, Options, Workpiece, at_unit_size, warnings};
 use crate::quads::LayoutOptions;
 use crate::session::EditReport;
 use crate::symmetry::Mirror;
 use crate::templates::{TemplateChoice, TemplatePlace};
-use crate::triangulate::Triangulated;
 use crate::{Size, build::BaseOptions};
 use mesh::{Monitor, PolygonMesh, Topology, sorted};
 use std::collections::{BTreeMap, BTreeSet};
+use surface::inspect::{inspect, inspect_vertices};
+use surface::triangulate::Triangulated;
 
 /// A surface whose features can be edited.
 #[derive(Debug)]
@@ -59,6 +60,7 @@ impl Project {
         let mut clock = Clock::new();
         monitor.stage("checking the mesh", 0.0)?;
         inspect(&mesh)?;
+        inspect_vertices(&mesh)?;
         let given = &options.layout.density;
         if !given.is_empty() && given.len() != mesh.vertex_count() {
             return Err(RetopologizeError::Option(format!(

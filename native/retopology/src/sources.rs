@@ -7,11 +7,11 @@ use crate::base::Base;
 use crate::measures::Measures;
 use crate::quads::Quads;
 use crate::surfaces::charts;
-use crate::triangulate::Triangulated;
 use mesh::{Cancelled, DVec3, Monitor, NONE, Topology};
 use rayon::prelude::*;
 use solve::components::connected_components;
 use std::collections::BTreeMap;
+use surface::triangulate::Triangulated;
 
 /// How far inside its quad a corner on a feature looks for its side, as a part of the way to the quad's middle.
 pub(crate) const INWARDS: f64 = 1e-3;
@@ -55,18 +55,16 @@ pub(crate) fn corner_sources(
                 let [u, v, w] = source.barycentric;
                 (source.triangle, a * u + b * v + c * w)
             };
-            input.source_at(triangle, point)
+            source_at(input, triangle, point)
         })
         .collect()
 }
 
-impl Triangulated {
-    /// A point of one of the triangles as weights of the face's corners round it.
-    pub(crate) fn source_at(&self, triangle: u32, point: DVec3) -> CornerSource {
-        let corners = self.corners[triangle as usize];
-        let weights = barycentric(point, corners.map(|c| self.corner_positions[c as usize]));
-        CornerSource { face: self.face[triangle as usize], corners, weights }
-    }
+/// A point of one of the triangles as weights of the face's corners round it.
+pub(crate) fn source_at(input: &Triangulated, triangle: u32, point: DVec3) -> CornerSource {
+    let corners = input.corners[triangle as usize];
+    let weights = barycentric(point, corners.map(|c| input.corner_positions[c as usize]));
+    CornerSource { face: input.face[triangle as usize], corners, weights }
 }
 
 /// Weights of a triangle's corners at the point of it nearest to `point`'s projection, none negative; on a triangle without

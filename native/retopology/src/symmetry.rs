@@ -12,13 +12,13 @@ use crate::input::Placement;
 use crate::output::{BasePath, FeatureKind, Output, OutputFeature};
 use crate::pipeline::kind_of;
 use crate::quads::irregular;
-use crate::sources::{CornerSource, INWARDS};
+use crate::sources::{CornerSource, INWARDS, source_at};
 use crate::templates::TemplatePlace;
-use crate::triangulate::Triangulated;
 use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, sorted};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use surface::closest::ClosestPoint;
+use surface::triangulate::Triangulated;
 
 /// Vertices this near to the plane are on it, fraction of the bounding-box diagonal.
 const ON_PLANE: f64 = 1e-6;
@@ -377,7 +377,7 @@ impl Mirror {
                 source.corners.map(|c| self.half.mesh.positions[self.mesh.corner_verts()[c as usize] as usize]);
             let point =
                 corners[0] * source.weights[0] + corners[1] * source.weights[1] + corners[2] * source.weights[2];
-            input.source_at(self.half.source[source.face as usize], self.placement.to_working(point))
+            source_at(input, self.half.source[source.face as usize], self.placement.to_working(point))
         };
         let mut both: Vec<CornerSource> = made.corner_source.par_iter().map(own).collect();
         let images: Vec<CornerSource> = (near..mesh.corner_verts().len())
@@ -391,7 +391,7 @@ impl Mirror {
                     let like = image_order(4).nth(k).unwrap_or(0);
                     return both[corner - near - k + like];
                 }
-                input.source_at(far.0[found.triangle as usize], self.placement.to_working(at))
+                source_at(input, far.0[found.triangle as usize], self.placement.to_working(at))
             })
             .collect();
         both.extend(images);

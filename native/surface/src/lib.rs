@@ -5,6 +5,7 @@ pub mod cross_field;
 mod editable;
 pub mod flip_geodesic;
 pub mod geodesic;
+pub mod inspect;
 pub mod intrinsic;
 pub mod laplacian;
 pub mod parametrize;
@@ -16,3 +17,4 @@ pub mod smooth_star;
 #[cfg(test)]
 mod test_shapes;
 pub mod tracing;
+pub mod triangulate;

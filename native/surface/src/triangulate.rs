@@ -1,5 +1,5 @@
-//! Polygons become triangles, each of which knows the face it is part of: the method of Daniels et al. 2011 takes triangles,
-//! Blender's meshes have any faces.
+//! Polygons become triangles, each of which knows the face it is part of: the papers' methods take triangles, Blender's
+//! meshes have any faces.
 //!
 //! Quads are split along the shorter diagonal that lies inside, larger faces by cutting off their best ears. A diagonal
 //! that joins two vertices which an edge joins already would give that edge more than two triangles: it gets a vertex in its
@@ -14,7 +14,7 @@ const IN_THE_WAY: f64 = 1e-9;
 
 /// The triangles of a polygon mesh.
 #[derive(Debug, Default)]
-pub(crate) struct Triangulated {
+pub struct Triangulated {
     /// The vertices of the polygon mesh, then those added.
     pub mesh: TriangleMesh,
     /// For each triangle the face it is part of.
@@ -28,7 +28,7 @@ pub(crate) struct Triangulated {
 }
 
 /// Triangulates faces that name no vertex twice. O(n log n) for n corners, but quadratic in the corners of a single face.
-pub(crate) fn triangulate(polygons: &PolygonMesh) -> Triangulated {
+pub fn triangulate(polygons: &PolygonMesh) -> Triangulated {
     let mut made = Triangulated {
         mesh: TriangleMesh { positions: polygons.positions.clone(), triangles: vec![] },
         corner_positions: polygons.corner_verts().iter().map(|&v| polygons.positions[v as usize]).collect(),

@@ -1,0 +1,163 @@
+//! Surface tiling of polygon meshes, as artists have them: faults are named by the elements of the mesh itself, faces of any
+//! size become triangles, and the surface is tiled about the origin at about unit size, so that no place and no scale of the
+//! scene matters.
+
+use crate::surface::{Fill, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+use ::surface::inspect::{Fault, inspect};
+use ::surface::triangulate::triangulate;
+use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
+use std::f64::consts::PI;
+
+/// Mean area of a panel of the regular pattern with unit edges: eight triangles and three squares are a period of it.
+const MEAN_PANEL_AREA: f64 = 0.587_645_601_370_716_2;
+/// A count is met within this part, or as near to it as so many corrections of the edge length come.
+const NEAR_COUNT: f64 = 0.03;
+const CORRECTIONS: usize = 5;
+/// Part of the progress for finding the edge length of a count.
+const COUNT_PART: f64 = 0.4;
+
+/// How large the panels are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PanelSize {
+    /// Length of their edges, scene units.
+    EdgeLength(f64),
+    /// About so many panels in all.
+    Count(u32),
+}
+
+/// Why a polygon mesh cannot be tiled.
+#[derive(Debug, thiserror::Error)]
+pub enum PolygonsError {
+    /// The mesh is no surface.
+    #[error(transparent)]
+    Mesh(#[from] Fault),
+    /// No panels were asked for.
+    #[error("a count of 0 panels makes no surface; ask for at least one")]
+    NoPanels,
+    /// The surface cannot be tiled so.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+}
+
+impl From<Cancelled> for PolygonsError {
+    fn from(cancelled: Cancelled) -> Self {
+        Self::Surface(cancelled.into())
+    }
+}
+
+/// Covers a polygon mesh by panels, as [`tile_surface`] covers triangles; faces may have any number of corners, and where
+/// sheets touch in a vertex each gets its own. O(n log n) for input and output.
+///
+/// # Errors
+/// [`PolygonsError`], naming elements of the mesh.
+pub fn tile_polygons(
+    mesh: &PolygonMesh,
+    size: PanelSize,
+    options: &SurfaceOptions,
+    monitor: &Monitor,
+) -> Result<SurfaceTiling, PolygonsError> {
+    monitor.stage("checking", 0.0)?;
+    inspect(mesh)?;
+    let place = Place::of(mesh);
+    let unit: Vec<DVec3> = mesh.positions.iter().map(|&p| (p - place.origin) / place.scale).collect();
+    let unit = mesh.with_positions(unit);
+    let surface = triangulate(&unit).mesh;
+    let mut options = options.clone();
+    options.marked_edges.extend(sharp_edges(&unit, options.feature_angle));
+    options.feature_angle = PI;
+    let (edge_length, start) = match size {
+        PanelSize::EdgeLength(length) => (length / place.scale, 0.0),
+        PanelSize::Count(0) => return Err(PolygonsError::NoPanels),
+        PanelSize::Count(count) => {
+            (monitor.within(0.0, COUNT_PART, || edge_length_of(count, &surface, &options, monitor))?, COUNT_PART)
+        }
+    };
+    let made = monitor.within(start, 1.0, || tile_surface(&surface, edge_length, &options, monitor));
+    Ok(place.restored(made.map_err(|error| place.in_scene_units(error))?))
+}
+
+/// Edges of faces at which the surface turns by more than the angle. Diagonals of bent faces may turn as much, but are no
+/// edges.
+fn sharp_edges(mesh: &PolygonMesh, angle: f64) -> Vec<[u32; 2]> {
+    let topology = Topology::of(mesh);
+    let normals: Vec<DVec3> =
+        (0..mesh.face_count()).map(|f| face_normal(&mesh.face_points(f).collect::<Vec<_>>())).collect();
+    let turns = |h: u32| {
+        let twin = topology.twin[h as usize];
+        twin != NONE && {
+            let [left, right] = [h, twin].map(|h| normals[topology.face[h as usize] as usize]);
+            left != DVec3::ZERO && right != DVec3::ZERO && left.angle_between(right) > angle
+        }
+    };
+    topology.edges().filter(|&h| turns(h)).map(|h| [topology.from(h), topology.to(h)]).collect()
+}
+
+/// The edge length that makes about so many panels. How many there are is seen without shaping them, which takes most of the
+/// time.
+fn edge_length_of(
+    count: u32,
+    surface: &TriangleMesh,
+    options: &SurfaceOptions,
+    monitor: &Monitor,
+) -> Result<f64, SurfaceError> {
+    let area: f64 = (0..surface.triangles.len()).map(|t| surface.area_normal(t).length() / 2.0).sum();
+    let shape = ShapeOptions { rounds: 0, flattening_rounds: 0, ..options.shape };
+    let quick = SurfaceOptions { fill: Fill::Regular, shape, ..options.clone() };
+    let mut length = (area / (MEAN_PANEL_AREA * f64::from(count))).sqrt();
+    let mut best = (f64::INFINITY, length);
+    for correction in 0..CORRECTIONS {
+        let [low, high] = [correction, correction + 1].map(|step| step as f64 / CORRECTIONS as f64);
+        let made = monitor.within(low, high, || tile_surface(surface, length, &quick, monitor))?;
+        let ratio = made.mesh.face_count() as f64 / f64::from(count);
+        // Where there was no room for panels of that length, longer ones will do no better.
+        let length_made = made.edge_length;
+        if ratio.ln().abs() < best.0 {
+            best = (ratio.ln().abs(), length_made);
+        }
+        if best.0 < NEAR_COUNT {
+            break;
+        }
+        length = length_made * ratio.sqrt();
+    }
+    Ok(best.1)
+}
+
+/// Where the mesh is, and how large.
+struct Place {
+    origin: DVec3,
+    /// A power of two, so that no digit is lost.
+    scale: f64,
+}
+
+impl Place {
+    fn of(mesh: &PolygonMesh) -> Self {
+        let bounds = Aabb::of(mesh.corner_verts().iter().map(|&v| mesh.positions[v as usize]));
+        // Halved first: the box of a huge mesh may be wider than the largest number.
+        let longest = (bounds.high / 2.0 - bounds.low / 2.0).max_element();
+        Self { origin: bounds.low.midpoint(bounds.high), scale: longest.log2().floor().exp2() }
+    }
+
+    fn restored(&self, mut made: SurfaceTiling) -> SurfaceTiling {
+        for p in &mut made.mesh.positions {
+            *p = *p * self.scale + self.origin;
+        }
+        for panel in &mut made.panels {
+            panel.area *= self.scale * self.scale;
+            panel.edges.iter_mut().for_each(|length| *length *= self.scale);
+        }
+        made.edge_length *= self.scale;
+        made
+    }
+
+    fn in_scene_units(&self, error: SurfaceError) -> SurfaceError {
+        match error {
+            SurfaceError::EdgeLength { edge_length, diagonal } => {
+                SurfaceError::EdgeLength { edge_length: edge_length * self.scale, diagonal: diagonal * self.scale }
+            }
+            SurfaceError::TooMany { edge_length, panels, least } => {
+                SurfaceError::TooMany { edge_length: edge_length * self.scale, panels, least: least * self.scale }
+            }
+            other => other,
+        }
+    }
+}
