@@ -123,13 +123,23 @@ def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     for _ in range(20):
         yield
     photograph(folder, "panel-grey.png")
-    with bpy.context.temp_override(**view()):
-        bpy.ops.curve.primitive_bezier_circle_add(radius=2.0)
-        bpy.ops.quadloom.tile_curve(panel_size=0.3)
-    sidebar.tag_redraw()
-    for _ in range(20):
-        yield
-    photograph(folder, "panel-tile-curve.png")
+    # Each of the other tools on what it is for, with the panel that redoes it.
+    for name, primitive, options in (
+        ("tile_curve", bpy.ops.curve.primitive_bezier_circle_add, {"panel_size": 0.3}),
+        ("retopologize", bpy.ops.mesh.primitive_torus_add, {"target_faces": 800}),
+        ("tile_surface", bpy.ops.mesh.primitive_uv_sphere_add, {"size_by": "edge_length", "panel_size": 0.3}),
+    ):
+        for other in bpy.data.objects:
+            other.hide_set(True)
+        with bpy.context.temp_override(**view()):
+            primitive()
+            assert getattr(bpy.ops.quadloom, name)("EXEC_DEFAULT", True, **options) == {"FINISHED"}
+        sidebar.tag_redraw()
+        for _ in range(20):
+            yield
+        redo = next(region for region in place["area"].regions if region.type == "HUD")
+        assert redo.height > 1, f"{name} has no panel to redo it"
+        photograph(folder, f"panel-{name.replace('_', '-')}.png")
 
 
 def photograph(folder: Path | None, name: str) -> None:
