@@ -5,6 +5,7 @@
 pub mod base;
 
 mod anneal;
+mod base_complex;
 mod chords;
 mod curvature;
 mod density;
