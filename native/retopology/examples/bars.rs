@@ -9,7 +9,7 @@
 //! two-way distance at samples, percent of the diagonal; percent of the features within 5% and 1% of the mean edge of
 //! an edge within 10 degrees of their direction; inverted quads; quads; Euler characteristic before and after; seconds.
 
-use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, scaled_jacobian};
+use mesh::{DVec3, Monitor, PolygonMesh, Topology, TriangleMesh, scaled_jacobian};
 use retopology::features::Features;
 use retopology::{Options, Size, retopologize};
 use std::path::PathBuf;
@@ -62,7 +62,7 @@ fn main() -> Result<(), Failure> {
         println!(
             "{name:18} {:5} {:7} {:6.2} {:5.2} {:6.2} {:5.2} {:6.2} {:6.2} {:4} {:6} {:4}/{:<4} {seconds:6.2}  {} {}",
             made.report.irregular_vertices,
-            patches(&made.mesh),
+            made.report.base_complex,
             quads.least,
             quads.first_percentile,
             quads.angle,
@@ -112,45 +112,6 @@ impl Judged {
             inverted: jacobians.iter().filter(|j| **j <= 0.0).count(),
         }
     }
-}
-
-/// Patches left when every separatrix is traced to its end, as the judge counts them.
-fn patches(mesh: &PolygonMesh) -> usize {
-    let topology = Topology::of(mesh);
-    let count = topology.len();
-    let next = |h: u32| h - h % 4 + (h + 1) % 4;
-    let irregular: Vec<bool> = (0..mesh.vertex_count() as u32)
-        .map(|v| {
-            let around = topology.around(v).count();
-            if topology.is_border_vertex(v) { around + 1 > 4 } else { around != 4 }
-        })
-        .collect();
-    let mut cut = vec![false; count];
-    for start in 0..count as u32 {
-        if !irregular[topology.from(start) as usize] {
-            continue;
-        }
-        let mut h = start;
-        loop {
-            if std::mem::replace(&mut cut[h as usize], true) {
-                break;
-            }
-            let twin = topology.twin[h as usize];
-            if twin == NONE {
-                break;
-            }
-            cut[twin as usize] = true;
-            let v = topology.to(h);
-            if irregular[v as usize] || topology.is_border_vertex(v) {
-                break;
-            }
-            h = next(topology.twin[next(h) as usize]);
-        }
-    }
-    let joined = (0..count as u32)
-        .filter(|&h| topology.twin[h as usize] != NONE && !cut[h as usize])
-        .map(|h| (h / 4, topology.twin[h as usize] / 4));
-    solve::components::connected_components(mesh.face_count(), joined).len()
 }
 
 /// The larger of the two distances between the surfaces, at vertices and middles of edges and faces, over the diagonal.

@@ -32,8 +32,10 @@ const PATTERN_WEIGHT: f64 = 2.0;
 /// wishes count than those of others then.
 pub(crate) const CHORD_ERROR: f64 = 0.035;
 const BENT_WEIGHT: f64 = 8.0;
-/// Bends are not followed with edges shorter than this, in mean edge lengths.
+/// Bends are not followed with edges shorter than this, in mean edge lengths; nor, where so many quads would be too many by
+/// [`MOST_MISS`], than these.
 pub(crate) const SHORTEST: f64 = 0.25;
+const LESS_SHORT: [f64; 3] = [0.4, 0.7, f64::INFINITY];
 /// Where counts fall short of what bends need, these weigh so many times more in the next of some rounds.
 const URGENT: f64 = 10.0;
 const URGENT_ROUNDS: usize = 3;
@@ -60,6 +62,8 @@ pub(crate) struct Counts {
     pub of_edge: Vec<u32>,
     /// The edge length aimed at, scene units.
     pub edge_length: f64,
+    /// Quads that the filled patches will have.
+    pub faces: f64,
 }
 
 /// What is wanted of a piece of a chord.
@@ -135,8 +139,31 @@ pub(crate) fn spread(base: &Base, given: &[f64]) -> Result<Vec<f64>, LayoutError
     Ok(size)
 }
 
-/// Counts for all base edges. `irregularity` is what a patch with unequal opposite sides costs, in quads stretched by e.
+/// Counts for all base edges that give the number of quads wanted; see [`count_for`]. Bends are followed as far as that allows.
 pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &Monitor) -> Result<Counts, LayoutError> {
+    let mut found = count_for(plan, wanted, irregularity, SHORTEST, monitor)?;
+    for shortest in LESS_SHORT {
+        match wanted {
+            Size::TargetFaces(faces)
+                if found.faces > (1.0 + MOST_MISS) * faces as f64
+                    || (irregularity.is_infinite() && found.faces < (1.0 - MOST_MISS) * faces as f64) =>
+            {
+                found = count_for(plan, wanted, irregularity, shortest, monitor)?;
+            }
+            _ => break,
+        }
+    }
+    Ok(found)
+}
+
+/// Counts for all base edges. `irregularity` is what a patch with unequal opposite sides costs, in quads stretched by e.
+fn count_for(
+    plan: Plan<'_>,
+    wanted: Size,
+    irregularity: f64,
+    shortest: f64,
+    monitor: &Monitor,
+) -> Result<Counts, LayoutError> {
     let Plan { base, size, .. } = plan;
     let area = scaled_area(base, size);
     let start = match wanted {
@@ -149,7 +176,7 @@ pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &M
         Size::EdgeLength(h) => h,
         Size::TargetFaces(faces) => edge_for_faces(&base.surface, faces),
     };
-    let sides = Sides::new(plan, start, mean_edge, irregularity);
+    let sides = Sides::new(plan, start, [CHORD_ERROR * mean_edge, shortest * mean_edge], irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -184,15 +211,17 @@ pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &M
             sides.make_up_in_pairs(&mut counts, target, edge_length, &mut filler, monitor)?;
         }
     }
-    if let Size::TargetFaces(faces) = wanted
+    let faces = sides.faces(&counts, &mut filler)?;
+    if let Size::TargetFaces(target) = wanted
         && irregularity.is_infinite()
-        && (sides.faces(&counts, &mut filler)? / faces as f64 - 1.0).abs() > MOST_MISS
+        && (faces / target as f64 - 1.0).abs() > MOST_MISS
+        && shortest.is_infinite()
     {
         // One chord that winds over most of the surface leaves too few numbers of quads to choose from: cut it.
-        return count(plan, wanted, CUTTING, monitor);
+        return count_for(plan, wanted, CUTTING, SHORTEST, monitor);
     }
     let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
-    Ok(Counts { of_edge, edge_length })
+    Ok(Counts { of_edge, edge_length, faces })
 }
 
 /// Area of the surface in units of the relative size there.
@@ -203,7 +232,7 @@ fn scaled_area(base: &Base, size: &[f64]) -> f64 {
 }
 
 impl<'a> Sides<'a> {
-    fn new(plan: Plan<'a>, h: f64, mean_edge: f64, irregularity: f64) -> Self {
+    fn new(plan: Plan<'a>, h: f64, [error, shortest]: [f64; 2], irregularity: f64) -> Self {
         let Plan { base, measures, patches, templates, size } = plan;
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
@@ -233,7 +262,7 @@ impl<'a> Sides<'a> {
         let mut bent = vec![false; base.edges.len()];
         for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
             let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
-            let wanted = parts(&points, CHORD_ERROR * mean_edge, SHORTEST * mean_edge).len() as f64 * h;
+            let wanted = parts(&points, error, shortest).len() as f64 * h;
             bent[e] = wanted > 1.05 * lengths[e];
             lengths[e] = lengths[e].max(wanted);
         }

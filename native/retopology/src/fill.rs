@@ -52,7 +52,7 @@ pub(crate) fn fill(
     monitor: &Monitor,
 ) -> Result<Filled, LayoutError> {
     let Plan { base, measures, patches, size, .. } = plan;
-    let Counts { of_edge: counts, edge_length } = counts;
+    let Counts { of_edge: counts, edge_length, .. } = counts;
     let mut filled = Filled::default();
     let arcs = |e: u32| divide_evenly(base, &base.edges[e as usize].path, counts[e as usize], size);
     let division = division::divide(base, rails, &arcs, *edge_length);

@@ -5,7 +5,9 @@
 pub mod base;
 
 mod anneal;
+mod base_complex;
 mod chords;
+mod coarse;
 mod curvature;
 mod density;
 mod division;

@@ -78,6 +78,8 @@ pub struct Report {
     pub patches: usize,
     /// Those of a single base triangle.
     pub single_patches: usize,
+    /// Patches of the quads' base complex: between the lines of edges that go straight on from irregular vertices.
+    pub base_complex: usize,
     /// Inner vertices of the quads whose valence is not 4.
     pub irregular_vertices: usize,
     /// Quads that are turned over.

@@ -7,7 +7,9 @@
 //! of features come back bit for bit.
 
 use crate::base::Base;
+use crate::base_complex::patches;
 use crate::build::BaseOptions;
+use crate::coarse;
 use crate::density::Size;
 use crate::error::LayoutError;
 use crate::failure::RetopologizeError;
@@ -32,7 +34,7 @@ const MOST_FACES: f64 = 4e6;
 /// A feature counts as reproduced within this part of the mean edge length.
 const REPRODUCED: f64 = 0.05;
 /// A result this far from its target is worth a word.
-const NEAR_TARGET: f64 = 0.05;
+pub(crate) const NEAR_TARGET: f64 = 0.05;
 
 /// Options of [`retopologize`].
 #[derive(Debug, Clone, Default)]
@@ -111,7 +113,24 @@ impl Workpiece {
             final_edge: Some(given.unwrap_or(final_edge * smallest)),
             ..options.base.clone()
         };
-        let session = Session::new(input.mesh.clone(), features.clone(), base_options, monitor)?;
+        let tries = if layout.irregularity.is_infinite() { coarse::tries(&base_options) } else { vec![base_options] };
+        let part = |k: usize| k as f64 / tries.len() as f64;
+        let mut best: Option<(f64, Session)> = None;
+        for (k, base_options) in tries.iter().enumerate() {
+            monitor.within(part(k), part(k + 1), || -> Result<(), RetopologizeError> {
+                let session = Session::new(input.mesh.clone(), features.clone(), base_options.clone(), monitor)?;
+                let score = if tries.len() == 1 {
+                    0.0
+                } else {
+                    coarse::score(&laid(&session, &layout, BTreeMap::new(), monitor)?)
+                };
+                if best.as_ref().is_none_or(|(least, _)| score < *least) {
+                    best = Some((score, session));
+                }
+                Ok(())
+            })?;
+        }
+        let (_, session) = best.ok_or_else(|| RetopologizeError::bug("no base was tried"))?;
         Ok(Self { mesh, input, placement, layout, session })
     }
 
@@ -146,9 +165,6 @@ impl Workpiece {
         monitor: &Monitor,
     ) -> Result<Output, RetopologizeError> {
         let (base, network) = (self.session.base(), self.session.network());
-        // Marked vertices, and the corners that the caller's angle makes.
-        let stays = |v: &u32| network.corners.binary_search(v).is_ok() || network.points.binary_search(v).is_ok();
-        let fixed = (0..).zip(&base.vertices).filter(|(_, v)| stays(v)).map(|(k, _)| k).collect();
         let measures = Measures::new(base)?;
         let in_box = |place: TemplatePlace| match place {
             TemplatePlace::Point(point) => TemplatePlace::Point(self.placement.to_working(point)),
@@ -156,8 +172,7 @@ impl Workpiece {
         };
         let places: Vec<_> = templates.iter().map(|(place, choice)| (in_box(*place), choice.clone())).collect();
         let templates = edges_at(base, &measures, &places).map_err(LayoutError::from)?;
-        let layout = LayoutOptions { fixed, templates, ..self.layout.clone() };
-        let quads = monitor.within(0.0, 0.9, || quads_from_base(base, &layout, monitor))?;
+        let quads = monitor.within(0.0, 0.9, || laid(&self.session, &self.layout, templates, monitor))?;
         clock.add(&quads.report.seconds);
 
         monitor.stage("tracing attributes", 0.9)?;
@@ -201,6 +216,21 @@ impl Workpiece {
             report,
         })
     }
+}
+
+/// Quads over the base of a session.
+fn laid(
+    session: &Session,
+    layout: &LayoutOptions,
+    templates: BTreeMap<u32, TemplateChoice>,
+    monitor: &Monitor,
+) -> Result<Quads, RetopologizeError> {
+    let (base, network) = (session.base(), session.network());
+    // Marked vertices, and the corners that the caller's angle makes.
+    let stays = |v: &u32| network.corners.binary_search(v).is_ok() || network.points.binary_search(v).is_ok();
+    let fixed = (0..).zip(&base.vertices).filter(|(_, v)| stays(v)).map(|(k, _)| k).collect();
+    let layout = LayoutOptions { fixed, templates, ..layout.clone() };
+    Ok(quads_from_base(base, &layout, monitor)?)
 }
 
 /// Why an edge is a feature.
@@ -357,6 +387,7 @@ fn measure(session: &Session, quads: &Quads, placement: Placement) -> Report {
         sites_added: sites(base, network),
         patches: layout.patches,
         single_patches: layout.singles,
+        base_complex: patches(&quads.mesh),
         irregular_vertices: layout.irregular,
         inverted: layout.inverted,
         scaled_jacobian_min: at(0),

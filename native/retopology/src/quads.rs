@@ -49,7 +49,7 @@ pub struct LayoutOptions {
     pub templates: BTreeMap<u32, TemplateChoice>,
     /// Base vertices that keep their place although no feature ends or bends there. Default: none.
     pub fixed: Vec<u32>,
-    /// Rounds of the rectangles' pull. Default 30.
+    /// Rounds of the rectangles' pull. Default 40.
     pub rounds: usize,
     /// Whether a topological search takes out irregular vertices away from features. Default: no, it undoes the layout.
     pub improve: bool,
@@ -66,7 +66,7 @@ impl Default for LayoutOptions {
             catalogue: Catalogue::default(),
             templates: BTreeMap::new(),
             fixed: Vec::new(),
-            rounds: 30,
+            rounds: 40,
             improve: false,
         }
     }
@@ -157,8 +157,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     if base.triangles.is_empty() {
         return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
     }
-    let painted = density::spread(base, &options.density)?;
-    let mut size = painted.clone();
+    let mut size = density::spread(base, &options.density)?;
     let diagonal = base.surface.to_polygons().diagonal();
     let mean_edge = match options.size {
         Size::TargetFaces(faces) => edge_for_faces(&base.surface, faces),
@@ -206,7 +205,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         .map(|(&place, &stays)| if stays { Constraint::Fixed } else { constraint(place, &rails) })
         .collect();
     let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
-    let lengths: Vec<f64> = work.sizes(&painted).into_iter().map(|size| size * counts.edge_length).collect();
+    let lengths: Vec<f64> = work.sizes(&size).into_iter().map(|size| size * counts.edge_length).collect();
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
     // The maps reach every tip, the pull slips off: so before it too.
     let mut reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
