@@ -56,7 +56,8 @@ def judged(mesh: quadloom.Mesh, marks: np.ndarray, result: quadloom.RetopologyRe
     middle, along = ((a + b) / 2)[:, None], (q - p)[None]
     t = np.clip(((middle - p[None]) * along).sum(axis=2) / (along**2).sum(axis=2), 0, 1)
     away = np.linalg.norm(middle - p[None] - t[..., None] * along, axis=2).min(axis=1)
-    assert (away < 0.05 * 0.15).mean() > 0.9
+    edge = (4 * np.pi**2 * 2 * 0.7 / FACES) ** 0.5
+    assert (away < 0.05 * edge).all()
     assert result.report["chains"] == len(np.unique(result.feature_chain))
 
 
