@@ -13,6 +13,8 @@ mod errors;
 mod fit;
 mod mesh;
 mod retopology;
+mod retopology_options;
+mod session;
 mod tiling;
 mod worker;
 
@@ -32,5 +34,6 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
     fit::register(module)?;
     retopology::register(module)?;
+    session::register(module)?;
     tiling::register(module)
 }
