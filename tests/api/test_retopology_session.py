@@ -120,6 +120,15 @@ def test_the_base_is_sound_after_any_number_of_edits(torus):
     judged(torus, np.concatenate(curves), session.quads())
 
 
+def test_a_draft_has_the_quads_of_the_result(torus):
+    session = quadloom.RetopologySession(torus, path(10, 5, 8), target_faces=FACES)
+    draft, result = session.quads(draft=True), session.quads()
+    judged(torus, path(10, 5, 8), draft)
+    assert draft.report["patches"] == result.report["patches"]
+    assert draft.report["faces"] == result.report["faces"]
+    assert draft.report["angle_deviation"] >= result.report["angle_deviation"]
+
+
 def test_an_edit_that_is_refused_changes_nothing(torus):
     session = quadloom.RetopologySession(torus, path(10, 5, 8), target_faces=FACES)
     before = session.quads()

@@ -164,12 +164,14 @@ impl RetopologySession {
         BaseTriangulation::new(py, mesh, &paths)
     }
 
-    /// The quads: what `retopologize` returns. `templates` as there, in place of those before.
-    #[pyo3(signature = (*, templates = None, progress = None))]
+    /// The quads: what `retopologize` returns. `templates` as there, in place of those before. A `draft` is for a first look:
+    /// patches and counts are those of the result, but its vertices are hardly smoothed; it takes half the time.
+    #[pyo3(signature = (*, templates = None, draft = false, progress = None))]
     fn quads(
         &self,
         py: Python<'_>,
         templates: Option<Bound<'_, PyAny>>,
+        draft: bool,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<RetopologyResult> {
         let templates = templates.map(|given| places(&given)).transpose();
@@ -180,7 +182,7 @@ impl RetopologySession {
             if let Some(templates) = templates {
                 project.set_templates(templates);
             }
-            project.quads(monitor)
+            if draft { project.draft(monitor) } else { project.quads(monitor) }
         })?;
         to_result(py, outcome.map_err(|error| to_exception(py, error))?)
     }

@@ -136,12 +136,14 @@ impl Workpiece {
         Ok((base_mesh(base, &self.mesh, self.placement)?, base_paths(base, self.placement)))
     }
 
-    /// The quads. `kinds` are those of edges that are no mere border; features at edges of `cut` are not measured.
+    /// The quads, after the rounds of optimisation given, or else those of the options. `kinds` are those of edges that are no
+    /// mere border; features at edges of `cut` are not measured.
     pub fn quads(
         &self,
         kinds: &BTreeMap<[u32; 2], FeatureKind>,
         cut: &BTreeSet<[u32; 2]>,
         templates: &[(TemplatePlace, TemplateChoice)],
+        rounds: Option<usize>,
         clock: &mut Clock,
         monitor: &Monitor,
     ) -> Result<Output, RetopologizeError> {
@@ -156,7 +158,8 @@ impl Workpiece {
         };
         let places: Vec<_> = templates.iter().map(|(place, choice)| (in_box(*place), choice.clone())).collect();
         let templates = edges_at(base, &measures, &places).map_err(LayoutError::from)?;
-        let layout = LayoutOptions { fixed, templates, ..self.layout.clone() };
+        let rounds = rounds.unwrap_or(self.layout.rounds);
+        let layout = LayoutOptions { templates, fixed, rounds, ..self.layout.clone() };
         let quads = monitor.within(0.0, 0.9, || quads_from_base(base, &layout, monitor))?;
         clock.add(&quads.report.seconds);
 
