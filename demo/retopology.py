@@ -57,9 +57,10 @@ def main() -> int:
         except RuntimeError as error:  # what the operator reports as an error
             print(f"{file.stem}: {error}", file=sys.stderr)
             failed += 1
+            continue
+        sheet = (len(rows) - 1) // ROWS_A_SHEET
+        save(np.concatenate(rows[sheet * ROWS_A_SHEET :]), given.out / f"retopology-{sheet + 1}.jpg")
     studio.close()
-    for k in range(0, len(rows), ROWS_A_SHEET):
-        save(np.concatenate(rows[k : k + ROWS_A_SHEET]), given.out / f"retopology-{k // ROWS_A_SHEET + 1}.jpg")
     return int(failed > 0)
 
 

@@ -405,9 +405,10 @@ class RetopologySession:
     def base(self) -> BaseTriangulation:
         """The base triangulation: of the kept half when there is a plane of symmetry."""
     def quads(
-        self, *, templates: Iterable[_Template] | None = None, progress: _Progress | None = None
+        self, *, templates: Iterable[_Template] | None = None, draft: bool = False, progress: _Progress | None = None
     ) -> RetopologyResult:
-        """The quads: what `retopologize` returns. `templates` as there, in place of those before."""
+        """The quads: what `retopologize` returns. `templates` as there, in place of those before. A `draft` is for a first
+        look: patches and counts are those of the result, but its vertices are hardly smoothed; it takes half the time."""
     def field(
         self,
         feature_edges: ArrayLike | None = None,

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import quadloom
 from meshes import polygons
+from test_retopology import sides
 
 AROUND, ACROSS = 60, 30
 FACES = 1500
@@ -56,7 +57,8 @@ def judged(mesh: quadloom.Mesh, marks: np.ndarray, result: quadloom.RetopologyRe
     middle, along = ((a + b) / 2)[:, None], (q - p)[None]
     t = np.clip(((middle - p[None]) * along).sum(axis=2) / (along**2).sum(axis=2), 0, 1)
     away = np.linalg.norm(middle - p[None] - t[..., None] * along, axis=2).min(axis=1)
-    assert (away < 0.05 * 0.15).mean() > 0.9
+    edge = (4 * np.pi**2 * 2 * 0.7 / FACES) ** 0.5
+    assert (away < 0.05 * edge).all()
     assert result.report["chains"] == len(np.unique(result.feature_chain))
 
 
@@ -94,6 +96,37 @@ def test_edits_are_local_and_keep_every_promise(torus):
     after = {tuple(p) for p in session.base().mesh.positions.tolist()}
     assert len(before & after) > 0.4 * len(before), "most base vertices stay where they are"
     assert session.set_features(path(11, 9, 8)) == {"removed": 0, "added": 0, "whole": False}
+
+
+def test_the_base_is_sound_after_any_number_of_edits(torus):
+    rng = np.random.default_rng(4)
+    curves = [path(6 * k, 3 * k % ACROSS, 5) for k in range(8)]
+    session = quadloom.RetopologySession(torus, np.concatenate(curves), target_faces=FACES, base_vertices=150)
+    local = 0
+    for _ in range(25):
+        k, turn = int(rng.integers(8)), int(rng.integers(1, 4))
+        moved = (curves[k] + turn * ACROSS) % (AROUND * ACROSS)
+        taken = {frozenset(edge) for j, curve in enumerate(curves) if j != k for edge in curve.tolist()}
+        if taken & {frozenset(edge) for edge in moved.tolist()}:
+            continue
+        local += not session.set_features(np.concatenate([*curves[:k], moved, *curves[k + 1 :]]))["whole"]
+        curves[k] = moved
+        base = session.base()
+        assert {frozenset(side) for side in sides(base.mesh).tolist()} == {frozenset(edge) for edge in base.edges.tolist()}
+        found = meshcheck.topology(*polygons(base.mesh))
+        assert found["closed_manifold"]
+        assert found["euler"] == 0
+    assert local > 10
+    judged(torus, np.concatenate(curves), session.quads())
+
+
+def test_a_draft_has_the_quads_of_the_result(torus):
+    session = quadloom.RetopologySession(torus, path(10, 5, 8), target_faces=FACES)
+    draft, result = session.quads(draft=True), session.quads()
+    judged(torus, path(10, 5, 8), draft)
+    assert draft.report["patches"] == result.report["patches"]
+    assert draft.report["faces"] == result.report["faces"]
+    assert draft.report["angle_deviation"] >= result.report["angle_deviation"]
 
 
 def test_an_edit_that_is_refused_changes_nothing(torus):

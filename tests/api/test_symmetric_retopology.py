@@ -78,9 +78,10 @@ def test_what_is_symmetric_keeps_its_topology_and_its_features(made, request):
     assert {frozenset(edge) for edge in of_marks.tolist()} <= marked
     # A mark of its own side lies under each.
     middles = result.mesh.positions[result.feature_edges].mean(axis=1)
-    sources = mesh.positions[result.feature_source].mean(axis=1)
-    if len(middles):
-        assert np.linalg.norm(middles - sources, axis=1).max() < 0.2
+    p, q = (mesh.positions[result.feature_source[:, k]] for k in (0, 1))
+    t = np.clip(((middles - p) * (q - p)).sum(axis=1) / ((q - p) ** 2).sum(axis=1), 0, 1)
+    away = np.linalg.norm(middles - p - t[:, None] * (q - p), axis=1)
+    assert away.max(initial=0.0) < 0.01
     lengths = np.linalg.norm(np.diff(mesh.positions[edges], axis=1), axis=2).sum()
     assert result.report["feature_length"] == pytest.approx(lengths, rel=0.03, abs=1e-9)
 

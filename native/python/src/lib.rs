@@ -13,6 +13,8 @@ mod errors;
 mod fit;
 mod mesh;
 mod retopology;
+mod retopology_options;
+mod session;
 mod surface;
 mod tiling;
 mod worker;
@@ -34,6 +36,7 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
     fit::register(module)?;
     retopology::register(module)?;
+    session::register(module)?;
     surface::register(module)?;
     tiling::register(module)
 }

@@ -1,24 +1,16 @@
-//! `quadloom.retopologize`, its result, and the session that keeps it between edits.
+//! `quadloom.retopologize` and its result; see `session.rs` for edits, `retopology_options.rs` for the keywords.
 
 use crate::arrays;
 use crate::errors::{self, InternalError, InvalidMeshError, QuadloomError};
 use crate::mesh::Mesh;
+use crate::retopology_options::{Keywords, to_features};
 use crate::worker;
-use ::retopology::build::BaseOptions;
-use ::retopology::detect::DetectOptions;
 use ::retopology::failure::Elements;
-use ::retopology::features::Features;
-use ::retopology::project::Project;
-use ::retopology::symmetry::{Plane, Symmetry};
-use ::retopology::{
-    BasePath, Catalogue, CornerSource, LayoutOptions, Options, Output, Pairing, RetopologizeError, Size,
-    TemplateChoice, TemplatePlace,
-};
+use ::retopology::{BasePath, Catalogue, CornerSource, Output, RetopologizeError};
 use mesh::{DVec3, NONE};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 /// What `retopologize` returns.
 #[pyclass(frozen, get_all, module = "quadloom")]
@@ -63,7 +55,7 @@ pub struct BaseTriangulation {
 }
 
 impl BaseTriangulation {
-    fn new(py: Python<'_>, mesh: ::mesh::PolygonMesh, paths: &[BasePath]) -> PyResult<Self> {
+    pub(crate) fn new(py: Python<'_>, mesh: ::mesh::PolygonMesh, paths: &[BasePath]) -> PyResult<Self> {
         let path = |path: &BasePath| {
             let rows: Vec<[f64; 3]> = path.points.iter().map(DVec3::to_array).collect();
             Ok::<_, PyErr>(arrays::rows(py, &rows)?.unbind())
@@ -95,7 +87,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<RetopologyResult>()?;
     module.add_class::<CornerPoints>()?;
     module.add_class::<BaseTriangulation>()?;
-    module.add_class::<RetopologySession>()?;
     module.add_function(wrap_pyfunction!(template_catalogue, module)?)?;
     module.add_function(wrap_pyfunction!(retopologize, module)?)
 }
@@ -203,342 +194,7 @@ pub fn template_catalogue(py: Python<'_>) -> PyResult<String> {
     text.map_err(|error| errors::raise_plain::<InternalError>(py, "internal", error.to_string()))
 }
 
-/// A surface whose features are edited: what `retopologize` makes, kept from one edit to the next.
-///
-/// It is made with the arguments of `retopologize`, and costs the time to the base triangulation. An edit makes anew only the
-/// base triangles about what changes, where that is possible: the result then depends on the order of edits (the report's
-/// "base_triangles_edited" is not None), but keeps every promise. After an error nothing has changed.
-#[pyclass(frozen, module = "quadloom")]
-pub struct RetopologySession {
-    project: Arc<Mutex<Project>>,
-}
-
-#[pymethods]
-impl RetopologySession {
-    #[new]
-    #[pyo3(signature = (
-        mesh, feature_edges = None, feature_verts = None, target_faces = 4000, *, edge_length = None, density = None,
-        detect = false, detect_angle = 0.698_131_700_797_731_8, detect_continue_angle = 0.436_332_312_998_582_4,
-        detect_length = 0.04, corner_angle = 0.872_664_625_997_164_8, base_vertices = 100, coarseness = 0.5,
-        pairing = "valence", improve = false, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
-        progress = None
-    ))]
-    #[allow(clippy::too_many_arguments)]
-    fn new(
-        py: Python<'_>,
-        mesh: &Bound<'_, Mesh>,
-        feature_edges: Option<Bound<'_, PyAny>>,
-        feature_verts: Option<Bound<'_, PyAny>>,
-        target_faces: i64,
-        edge_length: Option<f64>,
-        density: Option<Bound<'_, PyAny>>,
-        detect: bool,
-        detect_angle: f64,
-        detect_continue_angle: f64,
-        detect_length: f64,
-        corner_angle: f64,
-        base_vertices: i64,
-        coarseness: f64,
-        pairing: &str,
-        improve: bool,
-        symmetry: Option<Bound<'_, PyAny>>,
-        symmetry_tolerance: f64,
-        templates: Option<Bound<'_, PyAny>>,
-        catalogue: Option<String>,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let keywords = Keywords {
-            target_faces,
-            edge_length,
-            density,
-            detect,
-            detect_angle,
-            detect_continue_angle,
-            detect_length,
-            corner_angle,
-            base_vertices,
-            coarseness,
-            pairing: pairing.to_owned(),
-            improve,
-            symmetry,
-            symmetry_tolerance,
-            templates,
-            catalogue,
-        };
-        let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
-        let features = to_features(feature_edges, feature_verts).map_err(bad_option)?;
-        let options = keywords.options().map_err(bad_option)?;
-        let mesh = Arc::clone(&mesh.get().inner);
-        let outcome = worker::run(py, progress.as_ref(), move |monitor| {
-            Project::new((*mesh).clone(), &features, &options, monitor)
-        })?;
-        let project = outcome.map_err(|error| to_exception(py, error))?;
-        Ok(Self { project: Arc::new(Mutex::new(project)) })
-    }
-
-    /// (E, 2) int32: the marked edges as they were given last.
-    #[getter]
-    fn feature_edges(&self, py: Python<'_>) -> PyResult<Py<PyArray2<i32>>> {
-        Ok(arrays::index_pairs(py, &lock(&self.project).features().edges)?.unbind())
-    }
-
-    /// (N,) int32: the marked vertices as they were given last.
-    #[getter]
-    fn feature_verts(&self, py: Python<'_>) -> Py<PyArray1<i32>> {
-        arrays::index_array(py, &lock(&self.project).features().vertices).unbind()
-    }
-
-    /// Makes these the features, in place of those before. Returns what was done: base triangles "removed" and "added", and
-    /// whether the "whole" base was made anew.
-    #[pyo3(signature = (feature_edges = None, feature_verts = None, *, progress = None))]
-    fn set_features(
-        &self,
-        py: Python<'_>,
-        feature_edges: Option<Bound<'_, PyAny>>,
-        feature_verts: Option<Bound<'_, PyAny>>,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Py<PyDict>> {
-        let features = given_features(py, feature_edges, feature_verts)?;
-        self.edit(py, progress, move |_| Ok(features))
-    }
-
-    /// Marks edges and vertices, each not marked yet. Returns what `set_features` does.
-    #[pyo3(signature = (feature_edges = None, feature_verts = None, *, progress = None))]
-    fn add_features(
-        &self,
-        py: Python<'_>,
-        feature_edges: Option<Bound<'_, PyAny>>,
-        feature_verts: Option<Bound<'_, PyAny>>,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Py<PyDict>> {
-        let features = given_features(py, feature_edges, feature_verts)?;
-        self.edit(py, progress, move |marked| Ok(marked.with(&features)))
-    }
-
-    /// Takes marks away. Returns what `set_features` does.
-    #[pyo3(signature = (feature_edges = None, feature_verts = None, *, progress = None))]
-    fn remove_features(
-        &self,
-        py: Python<'_>,
-        feature_edges: Option<Bound<'_, PyAny>>,
-        feature_verts: Option<Bound<'_, PyAny>>,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Py<PyDict>> {
-        let features = given_features(py, feature_edges, feature_verts)?;
-        self.edit(py, progress, move |marked| marked.without(&features))
-    }
-
-    /// Takes edges away and marks others, in one step. Returns what `set_features` does.
-    #[pyo3(signature = (from_edges, to_edges, *, progress = None))]
-    fn move_features(
-        &self,
-        py: Python<'_>,
-        from_edges: Bound<'_, PyAny>,
-        to_edges: Bound<'_, PyAny>,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Py<PyDict>> {
-        let (from, to) = (given_features(py, Some(from_edges), None)?, given_features(py, Some(to_edges), None)?);
-        self.edit(py, progress, move |marked| Ok(marked.without(&from)?.with(&to)))
-    }
-
-    /// The base triangulation: of the kept half when there is a plane of symmetry.
-    fn base(&self, py: Python<'_>) -> PyResult<BaseTriangulation> {
-        let base = lock(&self.project).base();
-        let (mesh, paths) = base.map_err(|error| to_exception(py, error))?;
-        BaseTriangulation::new(py, mesh, &paths)
-    }
-
-    /// The quads: what `retopologize` returns. `templates` as there, in place of those before.
-    #[pyo3(signature = (*, templates = None, progress = None))]
-    fn quads(
-        &self,
-        py: Python<'_>,
-        templates: Option<Bound<'_, PyAny>>,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<RetopologyResult> {
-        let templates = templates.map(|given| places(&given)).transpose();
-        let templates = templates.map_err(|sentence| errors::raise_plain::<QuadloomError>(py, "option", sentence))?;
-        let project = Arc::clone(&self.project);
-        let outcome = worker::run(py, progress.as_ref(), move |monitor| {
-            let mut project = lock(&project);
-            if let Some(templates) = templates {
-                project.set_templates(templates);
-            }
-            project.quads(monitor)
-        })?;
-        to_result(py, outcome.map_err(|error| to_exception(py, error))?)
-    }
-
-    /// (V,) float64: the harmonic field of a feature at the vertices of the mesh, 0 to 1: 1 on these edges and vertices, 0 on
-    /// all other features and base vertices.
-    #[pyo3(signature = (feature_edges = None, feature_verts = None, *, progress = None))]
-    fn field(
-        &self,
-        py: Python<'_>,
-        feature_edges: Option<Bound<'_, PyAny>>,
-        feature_verts: Option<Bound<'_, PyAny>>,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Py<PyArray1<f64>>> {
-        let feature = given_features(py, feature_edges, feature_verts)?;
-        let project = Arc::clone(&self.project);
-        let outcome = worker::run(py, progress.as_ref(), move |monitor| lock(&project).field(&feature, monitor))?;
-        Ok(PyArray1::from_vec(py, outcome.map_err(|error| to_exception(py, error))?).unbind())
-    }
-}
-
-impl RetopologySession {
-    fn edit(
-        &self,
-        py: Python<'_>,
-        progress: Option<Bound<'_, PyAny>>,
-        change: impl FnOnce(&Features) -> Result<Features, RetopologizeError> + Send + 'static,
-    ) -> PyResult<Py<PyDict>> {
-        let project = Arc::clone(&self.project);
-        let outcome = worker::run(py, progress.as_ref(), move |monitor| {
-            let mut project = lock(&project);
-            let features = change(project.features())?;
-            project.set_features(&features, monitor)
-        })?;
-        let done = outcome.map_err(|error| to_exception(py, error))?;
-        let report = PyDict::new(py);
-        report.set_item("removed", done.removed)?;
-        report.set_item("added", done.added)?;
-        report.set_item("whole", done.whole)?;
-        Ok(report.unbind())
-    }
-}
-
-/// A panic while it was held has reached the caller as an exception; what is left is as before the edit.
-fn lock(project: &Mutex<Project>) -> MutexGuard<'_, Project> {
-    project.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn given_features(
-    py: Python<'_>,
-    edges: Option<Bound<'_, PyAny>>,
-    vertices: Option<Bound<'_, PyAny>>,
-) -> PyResult<Features> {
-    to_features(edges, vertices).map_err(|sentence| errors::raise_plain::<QuadloomError>(py, "option", sentence))
-}
-
-fn to_features(edges: Option<Bound<'_, PyAny>>, vertices: Option<Bound<'_, PyAny>>) -> Result<Features, String> {
-    Ok(Features {
-        edges: edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges"))?,
-        vertices: vertices.map_or(Ok(vec![]), |given| arrays::indices(&given, "feature_verts"))?,
-    })
-}
-
-/// The options by their Python names.
-struct Keywords<'py> {
-    target_faces: i64,
-    edge_length: Option<f64>,
-    density: Option<Bound<'py, PyAny>>,
-    detect: bool,
-    detect_angle: f64,
-    detect_continue_angle: f64,
-    detect_length: f64,
-    corner_angle: f64,
-    base_vertices: i64,
-    coarseness: f64,
-    pairing: String,
-    improve: bool,
-    symmetry: Option<Bound<'py, PyAny>>,
-    symmetry_tolerance: f64,
-    templates: Option<Bound<'py, PyAny>>,
-    catalogue: Option<String>,
-}
-
-impl Keywords<'_> {
-    fn options(self) -> Result<Options, String> {
-        let density = self.density.map_or(Ok(vec![]), |given| arrays::numbers(&given, "density"))?;
-        if density.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
-            return Err("density must be a positive number at every vertex".into());
-        }
-        if !(0.0..=1.0).contains(&self.coarseness) {
-            return Err(format!("coarseness is {}, but it must lie between 0 and 1", self.coarseness));
-        }
-        let pairing = match self.pairing.as_str() {
-            "valence" => Pairing::default(),
-            "matching" => Pairing::PAPER,
-            other => return Err(format!("pairing is \"{other}\"; it must be one of: valence, matching")),
-        };
-        let detection = DetectOptions {
-            start_angle: self.detect_angle,
-            continue_angle: self.detect_continue_angle,
-            min_length: self.detect_length,
-        };
-        let mut catalogue = Catalogue::default();
-        if let Some(text) = &self.catalogue {
-            let own = Catalogue::from_json(text).map_err(|error| error.to_string())?;
-            // A file may begin as a copy of the built-in one.
-            let fresh = own.templates.into_iter().filter(|template| !catalogue.templates.contains(template)).collect();
-            catalogue.extend(Catalogue { templates: fresh }).map_err(|error| error.to_string())?;
-        }
-        let tolerance = self.symmetry_tolerance;
-        let symmetry = self.symmetry.map(|given| plane(&given)).transpose()?;
-        Ok(Options {
-            base: BaseOptions {
-                vertices: whole(self.base_vertices),
-                corner_angle: self.corner_angle,
-                detect: self.detect.then_some(detection),
-                ..BaseOptions::default()
-            },
-            layout: LayoutOptions {
-                size: self.edge_length.map_or(Size::TargetFaces(whole(self.target_faces) as usize), Size::EdgeLength),
-                density: density.iter().map(|d| d.recip()).collect(),
-                pairing,
-                irregularity: irregularity(self.coarseness),
-                catalogue,
-                improve: self.improve,
-                ..LayoutOptions::default()
-            },
-            symmetry: symmetry.map(|plane| Symmetry { plane, tolerance }),
-            templates: self.templates.map_or(Ok(vec![]), |given| places(&given))?,
-        })
-    }
-}
-
-/// "x", "y", "z", or a point and a normal.
-fn plane(given: &Bound<'_, PyAny>) -> Result<Plane, String> {
-    let bad = || "symmetry must be \"x\", \"y\", \"z\" or a pair (point, normal) of three numbers each".to_owned();
-    if let Ok(axis) = given.extract::<String>() {
-        let axes = [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)];
-        let found = axes.iter().find(|(name, _)| axis.eq_ignore_ascii_case(name));
-        return found.map(|&(_, normal)| Plane { point: DVec3::ZERO, normal }).ok_or_else(bad);
-    }
-    let [point, normal]: [[f64; 3]; 2] = given.extract().map_err(|_| bad())?;
-    Ok(Plane { point: point.into(), normal: normal.into() })
-}
-
-/// Templates and where they go.
-fn places(given: &Bound<'_, PyAny>) -> Result<Vec<(TemplatePlace, TemplateChoice)>, String> {
-    let bad = |_| {
-        "templates must be pairs (place, name) or triples (place, name, turn); a place is a base edge or a point (x, y, z)".to_owned()
-    };
-    let one = |entry: PyResult<Bound<'_, PyAny>>| {
-        let entry = entry.map_err(bad)?;
-        let (place, template, turn): (Bound<'_, PyAny>, String, usize) =
-            entry.extract().or_else(|_| entry.extract().map(|(place, name)| (place, name, 0))).map_err(bad)?;
-        let place = match place.extract::<u32>() {
-            Ok(edge) => TemplatePlace::Edge(edge),
-            Err(_) => TemplatePlace::Point(place.extract::<[f64; 3]>().map_err(bad)?.into()),
-        };
-        Ok((place, TemplateChoice { template, turn }))
-    };
-    given.try_iter().map_err(bad)?.map(one).collect()
-}
-
-/// Out of range is out of range: the crate says so.
-fn whole(number: i64) -> u32 {
-    u32::try_from(number.max(0)).unwrap_or(u32::MAX)
-}
-
-/// What a patch of unequal sides costs: 0.2 stretched quads for even lengths, 20 in the middle, any number for the coarsest.
-fn irregularity(coarseness: f64) -> f64 {
-    if coarseness < 1.0 { 20.0 * 10_f64.powf(4.0 * (coarseness - 0.5)) } else { f64::INFINITY }
-}
-
-fn to_result(py: Python<'_>, output: Output) -> PyResult<RetopologyResult> {
+pub(crate) fn to_result(py: Python<'_>, output: Output) -> PyResult<RetopologyResult> {
     let report = serde_json::to_string(&output.report)
         .map_err(|cause| errors::raise_plain::<InternalError>(py, "internal", cause.to_string()))?;
     let features = &output.feature_edges;
@@ -571,7 +227,7 @@ fn corner_points(py: Python<'_>, sources: &[CornerSource]) -> PyResult<CornerPoi
     })
 }
 
-fn to_exception(py: Python<'_>, error: RetopologizeError) -> PyErr {
+pub(crate) fn to_exception(py: Python<'_>, error: RetopologizeError) -> PyErr {
     let sentence = error.to_string();
     match error {
         RetopologizeError::Invalid { code, elements, .. } => {

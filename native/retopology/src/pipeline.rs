@@ -122,7 +122,7 @@ impl Workpiece {
                 let score = if tries.len() == 1 {
                     0.0
                 } else {
-                    coarse::score(&laid(&session, &layout, BTreeMap::new(), monitor)?)
+                    coarse::score(&laid(&session, &layout, monitor)?)
                 };
                 if best.as_ref().is_none_or(|(least, _)| score < *least) {
                     best = Some((score, session));
@@ -155,12 +155,14 @@ impl Workpiece {
         Ok((base_mesh(base, &self.mesh, self.placement)?, base_paths(base, self.placement)))
     }
 
-    /// The quads. `kinds` are those of edges that are no mere border; features at edges of `cut` are not measured.
+    /// The quads, after the rounds of optimisation given, or else those of the options. `kinds` are those of edges that are no
+    /// mere border; features at edges of `cut` are not measured.
     pub fn quads(
         &self,
         kinds: &BTreeMap<[u32; 2], FeatureKind>,
         cut: &BTreeSet<[u32; 2]>,
         templates: &[(TemplatePlace, TemplateChoice)],
+        rounds: Option<usize>,
         clock: &mut Clock,
         monitor: &Monitor,
     ) -> Result<Output, RetopologizeError> {
@@ -172,7 +174,8 @@ impl Workpiece {
         };
         let places: Vec<_> = templates.iter().map(|(place, choice)| (in_box(*place), choice.clone())).collect();
         let templates = edges_at(base, &measures, &places).map_err(LayoutError::from)?;
-        let quads = monitor.within(0.0, 0.9, || laid(&self.session, &self.layout, templates, monitor))?;
+        let layout = LayoutOptions { templates, rounds: rounds.unwrap_or(self.layout.rounds), ..self.layout.clone() };
+        let quads = monitor.within(0.0, 0.9, || laid(&self.session, &layout, monitor))?;
         clock.add(&quads.report.seconds);
 
         monitor.stage("tracing attributes", 0.9)?;
@@ -222,14 +225,13 @@ impl Workpiece {
 fn laid(
     session: &Session,
     layout: &LayoutOptions,
-    templates: BTreeMap<u32, TemplateChoice>,
     monitor: &Monitor,
 ) -> Result<Quads, RetopologizeError> {
     let (base, network) = (session.base(), session.network());
     // Marked vertices, and the corners that the caller's angle makes.
     let stays = |v: &u32| network.corners.binary_search(v).is_ok() || network.points.binary_search(v).is_ok();
     let fixed = (0..).zip(&base.vertices).filter(|(_, v)| stays(v)).map(|(k, _)| k).collect();
-    let layout = LayoutOptions { fixed, templates, ..layout.clone() };
+    let layout = LayoutOptions { fixed, ..layout.clone() };
     Ok(quads_from_base(base, &layout, monitor)?)
 }
 

@@ -137,15 +137,27 @@ impl Project {
     /// # Errors
     /// As [`crate::retopologize`].
     pub fn quads(&self, monitor: &Monitor) -> Result<Output, RetopologizeError> {
+        self.quads_after(None, monitor)
+    }
+
+    /// The quads for a first look: patches and counts as they will be, vertices hardly moved from where the maps put them.
+    ///
+    /// # Errors
+    /// As [`crate::retopologize`].
+    pub fn draft(&self, monitor: &Monitor) -> Result<Output, RetopologizeError> {
+        self.quads_after(Some(0), monitor)
+    }
+
+    fn quads_after(&self, rounds: Option<usize>, monitor: &Monitor) -> Result<Output, RetopologizeError> {
         let mut clock = self.clock.resumed();
         clock.add(self.piece.session().seconds());
         let Marks { all, kinds, detected, .. } = &self.marks;
         let mut output = if let Some((mirror, input)) = &self.mirror {
             let cut = mirror.cut(all);
-            let made = self.half_or_whole(&BTreeMap::new(), &cut, &mut clock, monitor)?;
+            let made = self.half_or_whole(&BTreeMap::new(), &cut, rounds, &mut clock, monitor)?;
             mirror.doubled(made, input, all, &cut, kinds)?
         } else {
-            self.half_or_whole(kinds, &BTreeSet::new(), &mut clock, monitor)?
+            self.half_or_whole(kinds, &BTreeSet::new(), rounds, &mut clock, monitor)?
         };
         clock.lap("mirror");
         let report = &mut output.report;
@@ -188,14 +200,17 @@ impl Project {
         &self,
         kinds: &BTreeMap<[u32; 2], FeatureKind>,
         cut: &BTreeSet<[u32; 2]>,
+        rounds: Option<usize>,
         clock: &mut Clock,
         monitor: &Monitor,
     ) -> Result<Output, RetopologizeError> {
         let mut templates = self.options.templates.clone();
         if let Some((mirror, _)) = &self.mirror {
-            templates.iter_mut().for_each(|(place, _)| *place = mirror.on_kept_side(*place));
+            for (place, _) in &mut templates {
+                *place = mirror.on_kept_side(*place);
+            }
         }
-        monitor.within(0.45, 1.0, || self.piece.quads(kinds, cut, &templates, clock, monitor))
+        monitor.within(0.45, 1.0, || self.piece.quads(kinds, cut, &templates, rounds, clock, monitor))
     }
 }
 

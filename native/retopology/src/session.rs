@@ -185,13 +185,15 @@ impl Session {
             walks.iter().flat_map(|walk| walk.windows(2).map(|pair| sorted(pair[0], pair[1]))).collect()
         };
         let (gone, new) = (pairs(&gone), pairs(&new));
+        let mut kept = [network.corners.as_slice(), &network.points].concat();
+        kept.sort_unstable();
         for rings in RINGS {
             let part = self.grown(&touched, rings);
             if part.len() as f64 > LARGEST_PART * self.base.triangles.len() as f64 {
                 break;
             }
             let inputs = self.mesh.positions.len();
-            let marks = crate::splice::Marks { gone: &gone, new: &new, vertices: &features.vertices };
+            let marks = crate::splice::Marks { gone: &gone, new: &new, vertices: &kept };
             match rebuild(&self.base, inputs, &surface, &part, &marks, self.even, &self.options, monitor) {
                 Ok(Some(mut base)) => {
                     let added = part.len() + base.triangles.len() - self.base.triangles.len();

@@ -14,7 +14,7 @@ pub(crate) struct Marks<'a> {
     pub gone: &'a BTreeSet<[u32; 2]>,
     /// Edges that are marked now.
     pub new: &'a BTreeSet<[u32; 2]>,
-    /// All marked vertices.
+    /// All marked vertices and corners of features.
     pub vertices: &'a [u32],
 }
 
@@ -82,8 +82,9 @@ pub(crate) fn rebuild(
     let kept: BTreeSet<u32> = marks.vertices.iter().copied().chain(on_rim).collect();
     let vertices = (0..piece.whole.len() as u32).filter(|&v| kept.contains(&piece.whole[v as usize])).collect();
     let features = Features { edges, vertices };
-    // What hangs together outside may look like a crumb in here.
-    let options = BaseOptions { least_feature: 0.0, ..options.clone() };
+    // What hangs together outside may look like a crumb in here, and a base edge of the rim may turn at once where it is cut: the
+    // corners are those of the whole, which are marked.
+    let options = BaseOptions { least_feature: 0.0, corner_angle: std::f64::consts::PI, ..options.clone() };
     let start = Part { source: &piece.source, fixed: piece.fixed, rim: &rim, even };
     let (built, number) = build_within(&piece.mesh, &features, &options, Some(&start), monitor)?;
     let mut own = vec![NONE; built.base.surface.positions.len()];
@@ -179,6 +180,11 @@ impl Splicing<'_> {
         for edge in &part.edges {
             let before = |pair: &[u32]| sorted(own[pair[0] as usize], own[pair[1] as usize]);
             if let Some(&e) = self.rim_edge.get(&before(&edge.path)) {
+                let ends = [edge.path[0], edge.path[edge.path.len() - 1]].map(|v| own[v as usize]);
+                let path = &base.edges[e as usize].path;
+                if sorted(ends[0], ends[1]) != sorted(path[0], path[path.len() - 1]) {
+                    return None;
+                }
                 new_edge.push(old_edge[e as usize]);
                 continue;
             }

@@ -276,7 +276,7 @@ impl Mirror {
         let (mesh, mirror) = self.mirrored(&made.mesh, &on_plane)?;
         let near: Vec<OutputFeature> =
             made.feature_edges.iter().filter(|edge| !cut.contains(&lower_first(edge))).copied().collect();
-        let feature_edges = self.both_features(near, &mesh, &mirror, &on_plane, all, kinds)?;
+        let feature_edges = self.both_features(&near, &mesh, &mirror, &on_plane, all, kinds)?;
         let corner_source = self.both_sources(&made, &mesh, input);
 
         let lies_there = |path: &BasePath| path.points.iter().all(|&p| self.half.is_on(p));
@@ -332,7 +332,7 @@ impl Mirror {
     /// The features of both sides. A chain that meets the plane alone goes on beyond it under its number.
     fn both_features(
         &self,
-        near: Vec<OutputFeature>,
+        near: &[OutputFeature],
         mesh: &PolygonMesh,
         mirror: &[u32],
         on_plane: &[bool],
@@ -342,7 +342,7 @@ impl Mirror {
         let is_on = |v: u32| on_plane.get(v as usize).copied().unwrap_or(false);
         let lies = |edge: &OutputFeature| self.half.border_in_plane.contains(&lower_first(edge));
         let mut meeting: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for edge in &near {
+        for edge in near {
             for v in edge.ends.into_iter().filter(|&v| is_on(v)) {
                 meeting.entry(v).or_default().push(edge.chain);
             }
@@ -351,7 +351,7 @@ impl Mirror {
             meeting.values().filter(|chains| chains.len() == 1).map(|chains| chains[0]).collect();
         let chains = near.iter().map(|edge| edge.chain + 1).max().unwrap_or(0);
         let mut both: Vec<OutputFeature> = Vec::with_capacity(2 * near.len());
-        for edge in &near {
+        for edge in near {
             let at = self.input_edge(edge.input_edge);
             let input_edge = at.ok_or_else(|| RetopologizeError::bug("a feature of the half lies on no edge"))?;
             both.push(OutputFeature { input_edge, kind: kind_of(kinds, input_edge), ..*edge });
