@@ -33,7 +33,10 @@ mod tile;
 mod tilings;
 mod value;
 
-pub use self::surface::{Fill, Panel, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+pub use self::surface::{
+    Corner, Fill, NoCIndices, Panel, Patch, PatchGraph, PolyhedronOptions, PolyhedronTiling, ShapeOptions, Side, Steps,
+    SurfaceError, SurfaceOptions, SurfaceTiling, tile_polyhedron, tile_surface,
+};
 pub use border::Conflict;
 pub use boundary::Boundary;
 pub use certificate::Certificate;

@@ -17,16 +17,26 @@
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
 mod coarse;
+mod cone;
+mod courses;
 mod curve;
 mod fill;
 mod input;
+mod lengths;
 mod panels;
+mod patch_graph;
 mod pattern;
+mod paving;
+mod polyhedron;
 mod shape;
 
+pub use lengths::Steps;
 pub use panels::Panel;
+pub use patch_graph::{Corner, NoCIndices, Patch, PatchGraph, Side};
+pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_polyhedron};
 pub use shape::ShapeOptions;
 
+use crate::TilingError;
 use input::Input;
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
 use pattern::Pattern;
@@ -144,6 +154,15 @@ pub enum SurfaceError {
     /// A linear system failed.
     #[error(transparent)]
     Solver(#[from] SolveError),
+    /// Faces without c-indices.
+    #[error(transparent)]
+    Polygons(#[from] NoCIndices),
+    /// No side lengths close all patches, or a patch has no tiling.
+    #[error("no lengths of sides close all patches and leave each a tiling; choose another edge length")]
+    NoLengths,
+    /// The plane solver failed.
+    #[error("a patch could not be filled: {0}")]
+    Filling(TilingError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -218,9 +237,10 @@ pub fn tile_surface(
     let Some(best) = attempts.into_iter().min_by_key(|attempt| attempt.turned.len()) else {
         return Err(SurfaceError::Empty);
     };
+    let kinds = best.pattern.kinds();
     let mesh = PolygonMesh::from_polygons(best.pattern.positions, &best.pattern.tiles)?;
     let (defects, interior_vertices) = panels::defects(&mesh);
-    let panels = Panel::all(&mesh);
+    let panels = Panel::all(&mesh, &kinds);
     lap(4);
     Ok(SurfaceTiling {
         edge_length: best.edge_length,
@@ -263,7 +283,7 @@ impl Attempt {
             refilled = fill::refill(&mut pattern, patch_panels, seed, monitor)?;
         }
         lap(2);
-        let turned = shape::shape(&input.mesh, &coarse, &mut pattern, options.shape, monitor)?;
+        let turned = shape::shape(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
         lap(3);
         Ok(Self { edge_length, pattern, turned, refilled })
     }
