@@ -18,17 +18,31 @@ pub(super) type Course = Vec<i8>;
 const ROUNDS: usize = 60;
 const SEED: u64 = 5;
 
-/// Every way to go along a side: pairs that all start to the left, all to the right, and half of them either way.
+/// Ways to go along a side: pairs that start to the left, to the right, or half of them each; before, after or amid the
+/// edges of its own direction.
 fn ways(steps: Steps) -> Vec<Course> {
-    let n = steps.count as usize;
-    if steps.is_straight {
+    let (n, m) = (steps.straight as usize, steps.pairs as usize);
+    if m == 0 {
         return vec![vec![0; n]];
     }
-    let zigzag = |left: usize| (0..n).flat_map(move |k| if k < left { [1, -1] } else { [-1, 1] }).collect::<Course>();
-    let turned = |course: Course| course.into_iter().map(|offset| -offset).collect();
-    let mut ways = vec![zigzag(n), zigzag(0)];
-    if n > 1 {
-        ways.extend([zigzag(n / 2), turned(zigzag(n / 2))]);
+    let zigzag = |left: usize| (0..m).flat_map(move |k| if k < left { [1, -1] } else { [-1, 1] }).collect::<Course>();
+    let turned = |course: Course| course.into_iter().map(|offset| -offset).collect::<Course>();
+    let mut zigzags = vec![zigzag(m), zigzag(0)];
+    if m > 1 {
+        zigzags.extend([zigzag(m / 2), turned(zigzag(m / 2))]);
+    }
+    if n == 0 {
+        return zigzags;
+    }
+    let mut ways = Vec::new();
+    for zigzag in zigzags {
+        // Edges before the pairs: none, all, half; pairs half before and half after the edges; and between a pair's two edges.
+        for before in [0, n, n / 2] {
+            ways.push([vec![0; before], zigzag.clone(), vec![0; n - before]].concat());
+        }
+        let middle = m / 2 * 2;
+        ways.push([&zigzag[..middle], &vec![0; n], &zigzag[middle..]].concat());
+        ways.push([&zigzag[..1], &vec![0; n], &zigzag[1..]].concat());
     }
     ways
 }

@@ -1,16 +1,16 @@
 //! Lengths of the sides of a patch graph, in edges (problem 11), with its extension to sqrt-3 edges.
 //!
-//! A side is *straight*, n edges long, or a *zigzag* of m pairs of edges, one 30 degrees to the left and one to the right of
-//! the side's direction: sqrt 3 each. A pair runs round the triangle whose height the paper's sqrt-3 edge is. So no tile
+//! A side has n edges in its own direction and m pairs of edges, one 30 degrees to the left and one to the right of it:
+//! sqrt 3 each. A pair runs round the triangle whose height the paper's sqrt-3 edge is. So no tile
 //! is cut by a side, and what 4.2.3 demands of tiles cut in two holds by itself.
 //!
 //! **Patches that surely have a tiling.** Where all edges of an outline run in directions of one parity, its inside is a
 //! piece of the triangular lattice; where all run in directions a right angle apart, one of the square lattice. Either
-//! way the one tiling is known to exist, whatever the lengths. So the programme prefers, patch by patch, to choose straight or zigzag that way. A
-//! patch that cannot have it (`mixed`) is left to the plane solver and its certificate.
+//! way the one tiling is known to exist, whatever the lengths. So the programme prefers, patch by patch, sides of
+//! edges alone or of pairs alone that make it so. A patch that cannot have that is left to the plane solver and its
+//! certificate.
 //!
-//! Deviations: squared errors are divided by the side's length, so that stretch counts, not length; sides of both straight
-//! edges and zigzags are not made.
+//! Deviation: squared errors are divided by the side's length, so that stretch counts, not length.
 
 use super::patch_graph::{Patch, PatchGraph};
 use crate::plane::Point;
@@ -22,32 +22,44 @@ use std::time::Duration;
 /// What a patch costs that is neither of squares nor of triangles alone, in squared edges.
 const MIXED: f64 = 20.0;
 
-/// What a zigzag costs: of equals, the straight side.
-const ZIGZAG: f64 = 0.02;
+/// What a side of both edges and pairs costs, and what each pair: of equals, the straight side.
+const BOTH: f64 = 1.5;
+const PAIR: f64 = 0.01;
+
+/// Edges and pairs as quarters of an edge: sqrt 3 is about 7/4.
+const QUARTERS: [i32; 2] = [4, 7];
 
 /// Limits of the programme: the nodes bind first but on a loaded machine.
-const MOST_NODES: u32 = 1500;
-const TIME: Duration = Duration::from_secs(12);
+const MOST_NODES: u32 = 400;
+const TIME: Duration = Duration::from_secs(8);
 
 /// Edges of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Steps {
-    /// How many, or how many pairs.
-    pub count: u32,
-    /// Straight edges, else pairs of edges to the left and to the right.
-    pub is_straight: bool,
+    /// Edges in the side's direction.
+    pub straight: u32,
+    /// Pairs of edges, one to the left and one to the right.
+    pub pairs: u32,
 }
 
 impl Steps {
     /// How long the side is in the plane, in edges.
     pub fn chord(self) -> f64 {
-        f64::from(self.count) * if self.is_straight { 1.0 } else { 3f64.sqrt() }
+        f64::from(self.straight) + 3f64.sqrt() * f64::from(self.pairs)
     }
 
     /// Number of edges.
     pub fn edges(self) -> u32 {
-        self.count * if self.is_straight { 1 } else { 2 }
+        self.straight + 2 * self.pairs
     }
+}
+
+/// The variables of a side: whether it has edges in its direction, whether pairs, and how many of each.
+struct SideVariables {
+    has_straight: Variable,
+    has_pairs: Variable,
+    straight: Variable,
+    pairs: Variable,
 }
 
 /// A bound on the number of steps around a patch: how other lengths are asked for.
@@ -66,35 +78,28 @@ pub(super) fn side_steps(
     monitor: &Monitor,
 ) -> Result<Option<(Vec<Steps>, f64)>, SolveError> {
     let mut programme = Programme::new();
-    let variables: Vec<[Variable; 3]> = graph
+    let variables: Vec<SideVariables> = graph
         .sides
         .iter()
         .map(|side| {
             let length = (side.length() / edge_length).max(0.5);
-            let (most, most_pairs) = (2.0 * length + 3.0, 2.0 * length / 3f64.sqrt() + 2.0);
-            let (most, most_pairs) = (most as i32, most_pairs as i32);
-            let straight = programme.variable(0..=1);
-            let (n, m) = (programme.variable(0..=most), programme.variable(0..=most_pairs));
-            programme.row(&[(n, 1), (straight, -1)], 0..);
-            programme.row(&[(n, 1), (straight, -most)], ..=0);
-            programme.row(&[(m, 1), (straight, 1)], 1..);
-            programme.row(&[(m, 1), (straight, most_pairs)], ..=i64::from(most_pairs));
-            // Each of the two costs is about nothing while the other is the one that counts.
-            let near = length.round().max(1.0);
-            let near_pairs = (length / 3f64.sqrt()).round().max(1.0);
+            let most = [2.0 * length + 3.0, 2.0 * length / 3f64.sqrt() + 2.0].map(|most| most as i32);
+            let [has_straight, has_pairs] = [(); 2].map(|()| programme.variable(0..=1));
+            let [straight, pairs] = most.map(|most| programme.variable(0..=most));
+            for (number, has, most) in [(straight, has_straight, most[0]), (pairs, has_pairs, most[1])] {
+                programme.row(&[(number, 1), (has, -1)], 0..);
+                programme.row(&[(number, 1), (has, -most)], ..=0);
+            }
+            programme.row(&[(has_straight, 1), (has_pairs, 1)], 1..);
+            let wanted = 4.0 * length;
             programme.convex_cost(
-                &[(n, 1), (straight, -(near as i32))],
-                move |v| (v as f64 + near - length).powi(2) / length,
-                -4..=4,
+                &[(straight, QUARTERS[0]), (pairs, QUARTERS[1])],
+                move |v| (v as f64 - wanted).powi(2) / (4.0 * wanted),
+                wanted as i64 - 8..=wanted as i64 + 8,
             );
-            let at = near_pairs as i64;
-            programme.convex_cost(
-                &[(m, 1), (straight, near_pairs as i32)],
-                move |v| (v as f64 * 3f64.sqrt() - length).powi(2) / length,
-                at - 3..=at + 3,
-            );
-            programme.convex_cost(&[(straight, -1)], |v| ZIGZAG * (v + 1) as f64, -1..=0);
-            [straight, n, m]
+            programme.convex_cost(&[(has_straight, 1), (has_pairs, 1)], |v| BOTH * (v - 1) as f64, 0..=2);
+            programme.convex_cost(&[(pairs, 1)], |v| PAIR * v as f64, 0..=i64::from(most[1]));
+            SideVariables { has_straight, has_pairs, straight, pairs }
         })
         .collect();
     // A cone closes whatever its lengths.
@@ -106,17 +111,16 @@ pub(super) fn side_steps(
         let terms: Vec<Term> = graph.patches[bound.patch]
             .corners
             .iter()
-            .flat_map(|corner| [(variables[corner.side as usize][1], 1), (variables[corner.side as usize][2], 1)])
+            .map(|corner| &variables[corner.side as usize])
+            .flat_map(|side| [(side.straight, 1), (side.pairs, 1)])
             .collect();
         programme.row(&terms, bound.least..=bound.most);
     }
     let options = Options { max_nodes: MOST_NODES, time_limit: TIME, relative_gap: 1e-3 };
     match programme.solve(&options, None, &|| monitor.is_cancelled()) {
         Ok(Solution { values, cost, .. }) => {
-            let steps = variables.iter().map(|[straight, n, m]| {
-                let is_straight = values[straight.index()] == 1;
-                Steps { count: values[if is_straight { n } else { m }.index()] as u32, is_straight }
-            });
+            let of = |variable: Variable| values[variable.index()] as u32;
+            let steps = variables.iter().map(|side| Steps { straight: of(side.straight), pairs: of(side.pairs) });
             Ok(Some((steps.collect(), cost)))
         }
         Err(SolveError::Infeasible { .. } | SolveError::LimitWithoutSolution { .. }) => Ok(None),
@@ -125,14 +129,14 @@ pub(super) fn side_steps(
 }
 
 /// The outline of a patch ends where it begins, in the exact plane.
-fn close(programme: &mut Programme<'_>, patch: &Patch, variables: &[[Variable; 3]]) {
+fn close(programme: &mut Programme<'_>, patch: &Patch, variables: &[SideVariables]) {
     let mut rows: [Vec<Term>; 4] = Default::default();
     for (corner, direction) in patch.corners.iter().zip(patch.directions()) {
-        let [_, n, m] = variables[corner.side as usize];
+        let side = &variables[corner.side as usize];
         let straight = Point::unit(direction);
         let pair = Point::unit((direction + 1) % 12) + Point::unit((direction + 11) % 12);
         for (axis, row) in rows.iter_mut().enumerate() {
-            row.extend([(n, straight.0[axis]), (m, pair.0[axis])]);
+            row.extend([(side.straight, straight.0[axis]), (side.pairs, pair.0[axis])]);
         }
     }
     for row in rows {
@@ -141,7 +145,7 @@ fn close(programme: &mut Programme<'_>, patch: &Patch, variables: &[[Variable; 3
 }
 
 /// A patch is of triangles, its edges along even or along odd directions, or of squares, or pays.
-fn prefer_lattice(programme: &mut Programme<'_>, patch: &Patch, variables: &[[Variable; 3]]) {
+fn prefer_lattice(programme: &mut Programme<'_>, patch: &Patch, variables: &[SideVariables]) {
     let [mixed, squares, even, odd] = [(); 4].map(|()| programme.variable(0..=1));
     programme.row(&[(mixed, 1), (squares, 1), (even, 1), (odd, 1)], 1..=1);
     programme.convex_cost(&[(mixed, 1)], |v| MIXED * v as f64, 0..=1);
@@ -149,9 +153,10 @@ fn prefer_lattice(programme: &mut Programme<'_>, patch: &Patch, variables: &[[Va
         programme.row(&[(squares, 1)], 0..=0);
     }
     for (corner, direction) in patch.corners.iter().zip(patch.directions()) {
-        let straight = variables[corner.side as usize][0];
+        let side = &variables[corner.side as usize];
         let (along, across) = if direction % 2 == 0 { (even, odd) } else { (odd, even) };
-        programme.row(&[(straight, 1), (along, -1), (squares, -1)], 0..);
-        programme.row(&[(straight, 1), (across, 1)], ..=1);
+        // Edges run in directions of the side's own parity, those of pairs in the other.
+        programme.row(&[(side.has_straight, 1), (across, 1)], ..=1);
+        programme.row(&[(side.has_pairs, 1), (along, 1), (squares, 1)], ..=1);
     }
 }

@@ -16,18 +16,24 @@
 //! Deviations: no Algorithm 1 and no problem (11) yet; defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
+mod chart;
 mod coarse;
 mod cone;
 mod courses;
 mod curve;
+mod cut;
 mod fill;
 mod input;
+mod layout;
 mod lengths;
 mod panels;
+mod paper;
+mod partition;
 mod patch_graph;
 mod pattern;
 mod paving;
 mod polyhedron;
+mod region;
 mod shape;
 
 pub use lengths::Steps;
@@ -39,6 +45,7 @@ pub use shape::ShapeOptions;
 use crate::TilingError;
 use input::Input;
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
+use paper::Paper;
 use pattern::Pattern;
 use solve::SolveError;
 use std::time::{Duration, Instant};
@@ -63,6 +70,11 @@ pub struct SurfaceOptions {
     pub feature_angle: f64,
     /// A border or marked line that turns by more than this keeps a vertex there, radians, 0 to pi. Default 30 degrees.
     pub corner_angle: f64,
+    /// How the surface is divided. Default [`Partition::Expansion`].
+    pub partition: Partition,
+    /// Border vertices and their c-indices (interior angles in units of 30 degrees, 2 to 10), instead of those nearest to
+    /// their angles. Only the paper's partition asks. Default none.
+    pub corners: Vec<(u32, u8)>,
     /// Which of the many tilings of the surface.
     pub fill: Fill,
     /// How the mesh is shaped.
@@ -75,10 +87,22 @@ impl Default for SurfaceOptions {
             marked_edges: Vec::new(),
             feature_angle: 50f64.to_radians(),
             corner_angle: std::f64::consts::FRAC_PI_6,
+            partition: Partition::Expansion,
+            corners: Vec::new(),
             fill: Fill::Regular,
             shape: ShapeOptions::default(),
         }
     }
+}
+
+/// How a surface is divided into parts that can be flat.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Partition {
+    /// The expansion of a coarse triangulation: always there, irregular vertices evenly spread.
+    Expansion,
+    /// The paper's: cuts, Algorithm 1 and problem 11. Large patches, irregular vertices where the curvature is. Where no
+    /// such partition is found, the expansion, and [`SurfaceTiling::patch_graph`] is `None`.
+    Paper,
 }
 
 /// Choice of tiles.
@@ -190,6 +214,12 @@ pub struct SurfaceTiling {
     pub defects: Vec<(u32, i32)>,
     /// Vertices off the border.
     pub interior_vertices: usize,
+    /// The patches of [`Partition::Paper`], if it was asked for and found.
+    pub patch_graph: Option<PatchGraph>,
+    /// Of these, patches that got other side lengths than the best, because these admit no tiling.
+    pub relengthened_patches: Vec<u32>,
+    /// Of these, patches that got rhombi, having no tiling without.
+    pub patches_with_rhombi: Vec<u32>,
     /// Patches that the plane solver filled, over all sweeps; none with [`Fill::Regular`].
     pub patches: usize,
     /// Those of them that got another tiling.
@@ -224,6 +254,29 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
+    if options.partition == Partition::Paper {
+        let seed = if let Fill::Random { seed, .. } = options.fill { seed } else { 0 };
+        if let Some(paper) = Paper::new(&input, edge_length, options, seed, &mut lap, monitor)? {
+            let mesh = PolygonMesh::from_polygons(paper.pattern.positions, &paper.pattern.tiles)?;
+            let (defects, interior_vertices) = panels::defects(&mesh);
+            let panels = Panel::all(&mesh, &paper.kinds);
+            lap(4);
+            return Ok(SurfaceTiling {
+                edge_length,
+                patches: 0,
+                changed_patches: 0,
+                mesh,
+                panels,
+                turned: paper.turned,
+                defects: defects.into_iter().collect(),
+                interior_vertices,
+                patch_graph: Some(paper.graph),
+                relengthened_patches: paper.relengthened,
+                patches_with_rhombi: paper.with_rhombi,
+                stages,
+            });
+        }
+    }
     let mut attempts = Vec::new();
     for fraction in SMALLER {
         let attempt = Attempt::new(&input, fraction * edge_length, options, &mut lap, monitor)?;
@@ -244,6 +297,9 @@ pub fn tile_surface(
     lap(4);
     Ok(SurfaceTiling {
         edge_length: best.edge_length,
+        patch_graph: None,
+        relengthened_patches: Vec::new(),
+        patches_with_rhombi: Vec::new(),
         patches: best.refilled.0,
         changed_patches: best.refilled.1,
         mesh,

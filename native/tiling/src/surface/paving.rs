@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 const MEMORY: usize = 1 << 29;
 
 /// How often other lengths are tried before rhombi are laid.
-const OTHER_LENGTHS: usize = 3;
+const OTHER_LENGTHS: usize = 1;
 
 /// Weights of the harmonic map: half the cotangent of 60 and of 45 degrees.
 const TRIANGLE_WEIGHT: f64 = 0.288_675_134_594_812_9;
@@ -74,7 +74,11 @@ pub(super) fn pave(
     for _ in 0..OTHER_LENGTHS {
         let empty = |filled: &[Option<Filling>]| filled.iter().filter(|tiling| tiling.is_none()).count();
         let Some(p) = filled.iter().position(Option::is_none) else { break };
-        let around: i64 = graph.patches[p].corners.iter().map(|c| i64::from(steps[c.side as usize].count)).sum();
+        let around: i64 = graph.patches[p]
+            .corners
+            .iter()
+            .map(|c| i64::from(steps[c.side as usize].straight + steps[c.side as usize].pairs))
+            .sum();
         let mut best = None;
         for (least, most) in [(around + 1, i64::MAX), (0, around - 1)] {
             let tried = [perimeters.as_slice(), &[Perimeter { patch: p, least, most }]].concat();
