@@ -34,8 +34,8 @@ mod tilings;
 mod value;
 
 pub use self::surface::{
-    Corner, Fill, NoCIndices, Panel, Partition, Patch, PatchGraph, PolyhedronOptions, PolyhedronTiling, ShapeOptions,
-    Side, Steps, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polyhedron, tile_surface,
+    Corner, Fill, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PolyhedronOptions, PolyhedronTiling,
+    Proposal, ShapeOptions, Side, Steps, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polyhedron, tile_surface,
 };
 pub use border::Conflict;
 pub use boundary::Boundary;

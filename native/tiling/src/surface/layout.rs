@@ -9,15 +9,15 @@ use super::chart::Chart;
 use super::curve::Curve;
 use super::cut::{Cut, cut};
 use super::input::Input;
-use super::partition::{BUDGET, Ground, Search};
+use super::partition::{BUDGET, Division, Ground, Search};
 use super::patch_graph::{Corner, Patch, PatchGraph, Side, closing_c_indices};
 use super::pattern::Place as VertexPlace;
 use super::region::{Arc, Line, Region, Spot};
 use super::{SurfaceError, SurfaceOptions};
-use mesh::{DVec3, Monitor, Topology, TriangleMesh, sorted};
+use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_6, PI, TAU};
-use std::rc::Rc;
+use std::sync::Arc as Shared;
 
 /// A vertex turns a corner by more than this, in units of 30 degrees.
 const TURN: f64 = 0.5;
@@ -34,7 +34,6 @@ const CREASE: f64 = 0.6;
 /// A patch graph, with where its sides run in the charts.
 pub(super) struct Layout {
     pub graph: PatchGraph,
-    pub charts: Vec<Chart>,
     /// Chart of each patch, and the piece of a curve for each of its corners.
     pub chart_of: Vec<usize>,
     pub pieces: Vec<Vec<Arc>>,
@@ -54,41 +53,85 @@ struct Chains {
     fixed: BTreeSet<u32>,
 }
 
-/// The patch graph of a surface; `None` when it cannot be cut into charts or a chart not be divided into flat patches.
-pub(super) fn lay_out(
-    input: &Input,
+/// A surface in charts, with the lines between them: what no partition changes.
+struct Base {
+    cut: Cut,
+    chains: Chains,
+    creases: Vec<Vec<[glam::DVec2; 2]>>,
     edge_length: f64,
-    options: &SurfaceOptions,
-    monitor: &Monitor,
-) -> Result<Option<Layout>, SurfaceError> {
-    let Some(mut cut) = cut(&input.mesh, &input.followed, monitor)? else { return Ok(None) };
-    let chains = chains(&cut);
-    let curvature = vertex_curvature(&cut.mesh);
-    for chart in &mut cut.charts {
-        chart.gather(&curvature);
+    corner_angle: f64,
+}
+
+/// A surface on its way to a patch graph: regions, some of them not flat yet.
+#[derive(Clone)]
+pub(super) struct Draft {
+    base: Shared<Base>,
+    pub regions: Vec<Region>,
+    /// Number of the next curve.
+    next: usize,
+}
+
+impl Draft {
+    /// The charts of a surface, with corners; `None` when it cannot be cut into charts whose corners close.
+    pub fn new(
+        input: &Input,
+        edge_length: f64,
+        options: &SurfaceOptions,
+        monitor: &Monitor,
+    ) -> Result<Option<Self>, SurfaceError> {
+        let Some(mut cut) = cut(&input.mesh, &input.followed, monitor)? else { return Ok(None) };
+        let chains = chains(&cut);
+        let curvature = vertex_curvature(&cut.mesh);
+        for chart in &mut cut.charts {
+            chart.gather(&curvature);
+        }
+        let lines = lines(&cut, &chains);
+        let shared = shared_corners(&cut, &chains, &lines, edge_length);
+        let regions: Option<Vec<Region>> =
+            (0..cut.charts.len()).map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options)).collect();
+        let creases = creases(&cut);
+        let base = Shared::new(Base { cut, chains, creases, edge_length, corner_angle: options.corner_angle });
+        Ok(regions.map(|regions| Self { base, regions, next: lines.len() }))
     }
-    let lines = lines(&cut, &chains);
-    let shared = shared_corners(&cut, &chains, &lines, edge_length);
-    let regions: Vec<Region> = (0..cut.charts.len())
-        .map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options))
-        .collect::<Option<_>>()
-        .unwrap_or_default();
-    if regions.is_empty() {
-        return Ok(None);
+
+    fn ground(&self) -> Ground<'_> {
+        Ground { charts: &self.base.cut.charts, edge_length: self.base.edge_length, creases: &self.base.creases }
     }
-    let ground = Ground { charts: &cut.charts, edge_length, creases: creases(&cut) };
-    let mut patches = Vec::new();
-    let mut next = lines.len();
-    for (k, region) in regions.iter().enumerate() {
-        monitor.stage("partitioning", k as f64 / regions.len() as f64)?;
-        let mut search = Search { ground: &ground, next, monitor };
-        let budget = BUDGET * f64::from(region.defect().abs());
-        let Some((_, found)) = search.solve(region, budget, f64::INFINITY)? else { return Ok(None) };
-        next = search.next;
-        patches.extend(found);
+
+    /// The admissible partitions of a region, best first.
+    pub fn divisions(&mut self, region: usize, monitor: &Monitor) -> Result<Vec<Division>, Cancelled> {
+        let mut next = self.next;
+        let found = self.ground().divisions(&self.regions[region], &mut next, monitor);
+        self.next = next;
+        found
     }
-    let layout = assemble(&cut, &chains, patches, edge_length, options.corner_angle);
-    Ok(layout.map(|layout| Layout { charts: cut.charts, ..layout }))
+
+    /// Divides all regions that are not flat; whether that was possible.
+    pub fn finish(&mut self, monitor: &Monitor) -> Result<bool, Cancelled> {
+        let mut patches = Vec::new();
+        let mut next = self.next;
+        for (k, region) in self.regions.iter().enumerate() {
+            monitor.stage("partitioning", k as f64 / self.regions.len() as f64)?;
+            let ground = self.ground();
+            let mut search = Search { ground: &ground, next, monitor };
+            let budget = BUDGET * f64::from(region.defect().abs());
+            let Some((_, found)) = search.solve(region, budget, f64::INFINITY)? else { return Ok(false) };
+            next = search.next;
+            patches.extend(found);
+        }
+        (self.regions, self.next) = (patches, next);
+        Ok(true)
+    }
+
+    /// The patch graph of regions that are all flat; `None` where two corners of one fall together.
+    pub fn layout(&self) -> Option<Layout> {
+        let base = &self.base;
+        assemble(&base.cut, &base.chains, self.regions.clone(), base.edge_length, base.corner_angle)
+    }
+
+    pub fn charts(&self) -> &[Chart] {
+        &self.base.cut.charts
+    }
 }
 
 /// Angle defect of each vertex inside, radians, over the triangles at it: what each of them holds.
@@ -179,7 +222,7 @@ fn runs(cut: &Cut, chains: &Chains, chart: usize) -> Vec<(usize, bool, usize)> {
     starts.iter().map(|&k| (step(k).0, step(k).2, k)).collect()
 }
 
-fn lines(cut: &Cut, chains: &Chains) -> Vec<Rc<Line>> {
+fn lines(cut: &Cut, chains: &Chains) -> Vec<Shared<Line>> {
     let mut images = vec![[None, None]; chains.paths.len()];
     for (c, chart) in cut.charts.iter().enumerate() {
         let n = chart.border.len();
@@ -200,7 +243,7 @@ fn lines(cut: &Cut, chains: &Chains) -> Vec<Rc<Line>> {
         .map(|(id, (path, images))| {
             let points = path.iter().map(|&v| cut.mesh.positions[v as usize]).collect();
             let ends = [path[0], path[path.len() - 1]].map(Spot::Node);
-            Rc::new(Line::new(id, points, images, ends))
+            Shared::new(Line::new(id, points, images, ends))
         })
         .collect()
 }
@@ -254,7 +297,7 @@ fn turns_of_run(
 }
 
 /// Corners along cuts, the same for both sides: segment count from the line's start, and the turn seen from its left.
-fn shared_corners(cut: &Cut, chains: &Chains, lines: &[Rc<Line>], edge_length: f64) -> Vec<Vec<(usize, i32)>> {
+fn shared_corners(cut: &Cut, chains: &Chains, lines: &[Shared<Line>], edge_length: f64) -> Vec<Vec<(usize, i32)>> {
     let mut shared = vec![Vec::new(); lines.len()];
     for c in 0..cut.charts.len() {
         for run in runs(cut, chains, c) {
@@ -272,7 +315,7 @@ fn shared_corners(cut: &Cut, chains: &Chains, lines: &[Rc<Line>], edge_length: f
 fn region(
     cut: &Cut,
     chains: &Chains,
-    lines: &[Rc<Line>],
+    lines: &[Shared<Line>],
     shared: &[Vec<(usize, i32)>],
     c: usize,
     edge_length: f64,
@@ -368,7 +411,7 @@ struct Breaks {
 
 /// Numbers nodes and sides, and makes nodes on either side of a curve one that all but coincide.
 fn assemble(cut: &Cut, chains: &Chains, regions: Vec<Region>, edge_length: f64, corner_angle: f64) -> Option<Layout> {
-    let mut lines: BTreeMap<usize, Rc<Line>> = BTreeMap::new();
+    let mut lines: BTreeMap<usize, Shared<Line>> = BTreeMap::new();
     let mut breaks: BTreeMap<usize, Breaks> = BTreeMap::new();
     for arc in regions.iter().flat_map(|region| &region.arcs) {
         lines.insert(arc.line.id, arc.line.clone());
@@ -556,7 +599,7 @@ fn assemble(cut: &Cut, chains: &Chains, regions: Vec<Region>, edge_length: f64, 
         pieces.push(of_patch);
         chart_of.push(region.chart);
     }
-    Some(Layout { graph, charts: Vec::new(), chart_of, pieces, curves, node_places: places, side_places })
+    Some(Layout { graph, chart_of, pieces, curves, node_places: places, side_places })
 }
 
 /// Whether the border or marked line bends sharply at a vertex where its two parts meet.

@@ -23,6 +23,7 @@ mod courses;
 mod curve;
 mod cut;
 mod fill;
+mod guided;
 mod input;
 mod layout;
 mod lengths;
@@ -36,6 +37,7 @@ mod polyhedron;
 mod region;
 mod shape;
 
+pub use guided::{PatchDesign, Proposal};
 pub use lengths::Steps;
 pub use panels::Panel;
 pub use patch_graph::{Corner, NoCIndices, Patch, PatchGraph, Side};
@@ -44,6 +46,7 @@ pub use shape::ShapeOptions;
 
 use crate::TilingError;
 use input::Input;
+use layout::Draft;
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
 use paper::Paper;
 use pattern::Pattern;
@@ -181,6 +184,11 @@ pub enum SurfaceError {
     /// Faces without c-indices.
     #[error(transparent)]
     Polygons(#[from] NoCIndices),
+    /// The surface cannot be cut into disks that can be laid flat, or one of them not be divided.
+    #[error(
+        "no partition into flat patches was found; mark edges that divide the surface, use smaller panels, or the expansion"
+    )]
+    NoPartition,
     /// No side lengths close all patches, or a patch has no tiling.
     #[error("no lengths of sides close all patches and leave each a tiling; choose another edge length")]
     NoLengths,
@@ -255,26 +263,10 @@ pub fn tile_surface(
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
     if options.partition == Partition::Paper {
-        let seed = if let Fill::Random { seed, .. } = options.fill { seed } else { 0 };
-        if let Some(paper) = Paper::new(&input, edge_length, options, seed, &mut lap, monitor)? {
-            let mesh = PolygonMesh::from_polygons(paper.pattern.positions, &paper.pattern.tiles)?;
-            let (defects, interior_vertices) = panels::defects(&mesh);
-            let panels = Panel::all(&mesh, &paper.kinds);
-            lap(4);
-            return Ok(SurfaceTiling {
-                edge_length,
-                patches: 0,
-                changed_patches: 0,
-                mesh,
-                panels,
-                turned: paper.turned,
-                defects: defects.into_iter().collect(),
-                interior_vertices,
-                patch_graph: Some(paper.graph),
-                relengthened_patches: paper.relengthened,
-                patches_with_rhombi: paper.with_rhombi,
-                stages,
-            });
+        if let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
+            && let Some(paper) = Paper::new(&input, draft, edge_length, options, &mut lap, monitor)?
+        {
+            return paper.measured(edge_length, stages);
         }
     }
     let mut attempts = Vec::new();

@@ -15,7 +15,7 @@ use super::chart::Chart;
 use super::region::{Arc, Line, Place, Region, Spot, bend, cubic, stays_inside};
 use glam::DVec2;
 use mesh::{Cancelled, DVec3, Monitor};
-use std::rc::Rc;
+use std::sync::Arc as Shared;
 
 /// Weights of the score; a rounding error of 30 degrees counts 1.
 const GAP: f64 = 10.0;
@@ -51,7 +51,7 @@ pub(super) struct Ground<'a> {
     pub charts: &'a [Chart],
     pub edge_length: f64,
     /// Creases that are not followed, as segments in each chart.
-    pub creases: Vec<Vec<[DVec2; 2]>>,
+    pub creases: &'a [Vec<[DVec2; 2]>],
 }
 
 /// One way to divide a region.
@@ -70,7 +70,7 @@ impl Ground<'_> {
         curve: Vec<DVec2>,
         ends: [Spot; 2],
         fixed: [Option<DVec3>; 2],
-    ) -> Rc<Line> {
+    ) -> Shared<Line> {
         let mut points: Vec<DVec3> = curve.iter().map(|&p| self.charts[chart].lift(p)).collect();
         let last = points.len() - 1;
         if let Some(p) = fixed[0] {
@@ -80,7 +80,7 @@ impl Ground<'_> {
             points[last] = p;
         }
         *next += 1;
-        Rc::new(Line::new(*next - 1, points, [Some(curve.clone()), Some(curve)], ends))
+        Shared::new(Line::new(*next - 1, points, [Some(curve.clone()), Some(curve)], ends))
     }
 
     fn crossed(&self, chart: usize, curve: &[DVec2]) -> f64 {
@@ -388,7 +388,7 @@ impl Ground<'_> {
         let fit: DVec2 =
             (0..n).map(|k| DVec2::from_angle(-turns[k]).rotate((frames[k].0 - centre).normalize_or_zero())).sum();
         let start = fit.to_angle();
-        let mut lines: Vec<Rc<Line>> = Vec::new();
+        let mut lines: Vec<Shared<Line>> = Vec::new();
         let mut extra = 0.0;
         let mut drawn: Vec<Vec<DVec2>> = Vec::new();
         for k in 0..n {

@@ -7,7 +7,7 @@
 use super::chart::{Chart, contains, cross};
 use glam::DVec2;
 use mesh::DVec3;
-use std::rc::Rc;
+use std::sync::Arc as Shared;
 
 /// Points along a new curve.
 const SAMPLES: usize = 20;
@@ -21,7 +21,7 @@ pub(super) enum Spot {
     /// A node of the whole, by number.
     Node(u32),
     /// On a curve, at a parameter.
-    On(Rc<Line>, f64),
+    On(Shared<Line>, f64),
     /// A centre, by the number of the first curve that was drawn to it.
     Centre(usize),
 }
@@ -74,7 +74,7 @@ impl Line {
 /// A piece of a curve along which a region lies on the left, as it is walked.
 #[derive(Debug, Clone)]
 pub(super) struct Arc {
-    pub line: Rc<Line>,
+    pub line: Shared<Line>,
     pub reversed: bool,
     /// Parameters where it starts and ends: falling when reversed.
     pub from: f64,
