@@ -8,7 +8,7 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 use surface::closest::ClosestPoint;
-use tiling::{Fill, Kind, SurfaceOptions, SurfaceTiling, tile_surface};
+use tiling::{Fill, Kind, Partition, PatchGraph, SurfaceOptions, SurfaceTiling, tile_surface};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -20,7 +20,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         Ok(seed) => Fill::Random { seed: seed.parse()?, patch_panels: 40 },
         Err(_) => Fill::Regular,
     };
-    let options = SurfaceOptions { fill, ..SurfaceOptions::default() };
+    // PAPER in the environment asks for the paper's partition.
+    let partition = if std::env::var_os("PAPER").is_some() { Partition::Paper } else { Partition::Expansion };
+    let options = SurfaceOptions { fill, partition, ..SurfaceOptions::default() };
     println!(
         "{:24}{:>7}{:>7}{:>5}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>7}{:>6}  seconds",
         "surface", "panels", "quads", "rh", "irreg%", "edge cv", "plan%", "max%", "close%", "border", "turned", "chi"
@@ -37,6 +39,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         match tile_surface(&input, edge_length, &options, &Monitor::new()) {
             Ok(result) => {
                 report(&name, &input, &result)?;
+                if let Some(graph) = &result.patch_graph {
+                    std::fs::write(Path::new(folder).join(format!("{name}.patches.svg")), picture(graph))?;
+                }
                 std::fs::write(Path::new(folder).join(format!("{name}.obj")), testkit::obj::write(&result.mesh))?;
             }
             Err(error) => println!("{name:24} {error}"),
@@ -77,6 +82,16 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
     let of_surface = check(&input.to_polygons(), &Monitor::new())?;
     let mut remarks =
         format!(" used {:.3}, patches {} changed {}", result.edge_length, result.patches, result.changed_patches);
+    if let Some(graph) = &result.patch_graph {
+        write!(
+            remarks,
+            "; {} patches, {} sides, {} relengthened, {} with rhombi",
+            graph.patches.len(),
+            graph.sides.len(),
+            result.relengthened_patches.len(),
+            result.patches_with_rhombi.len()
+        )?;
+    }
     if !defects.manifold() {
         remarks += " NOT MANIFOLD";
     }
@@ -106,6 +121,32 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
         times.join(", ")
     );
     Ok(())
+}
+
+/// The patch graph seen from above and aside: sides, nodes with a defect in red.
+fn picture(graph: &PatchGraph) -> String {
+    let flat = |p: DVec3| [p.x + 0.35 * p.y, -p.z - 0.6 * p.y];
+    let all: Vec<[f64; 2]> = graph.sides.iter().flat_map(|side| &side.points).map(|&p| flat(p)).collect();
+    let low = [0, 1].map(|k| all.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
+    let high = [0, 1].map(|k| all.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
+    let scale = 760.0 / (high[0] - low[0]).max(high[1] - low[1]);
+    let at = |p: DVec3| [0, 1].map(|k| 20.0 + scale * (flat(p)[k] - low[k]));
+    let mut svg = String::from(
+        "<svg xmlns='http://www.w3.org/2000/svg' width='800' height='800'><rect width='800' height='800' fill='white'/>",
+    );
+    for side in &graph.sides {
+        let points: Vec<String> = side.points.iter().map(|&p| format!("{:.1},{:.1}", at(p)[0], at(p)[1])).collect();
+        let _ = write!(svg, "<polyline fill='none' stroke='black' points='{}'/>", points.join(" "));
+    }
+    for (&p, defect) in graph.nodes.iter().zip(graph.node_defects()) {
+        let [x, y] = at(p);
+        let (radius, colour) = if defect == 0 { (2, "black") } else { (6, if defect > 0 { "red" } else { "blue" }) };
+        let _ = write!(svg, "<circle cx='{x:.1}' cy='{y:.1}' r='{radius}' fill='{colour}'/>");
+        if defect != 0 {
+            let _ = write!(svg, "<text x='{:.1}' y='{:.1}'>{defect}</text>", x + 7.0, y);
+        }
+    }
+    svg + "</svg>"
 }
 
 fn distance(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {

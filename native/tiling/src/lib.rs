@@ -37,7 +37,10 @@ mod tile;
 mod tilings;
 mod value;
 
-pub use self::surface::{Fill, Panel, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+pub use self::surface::{
+    Corner, Fill, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PolyhedronOptions, PolyhedronTiling,
+    Proposal, ShapeOptions, Side, Steps, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polyhedron, tile_surface,
+};
 pub use border::Conflict;
 pub use boundary::Boundary;
 pub use certificate::Certificate;

@@ -16,19 +16,39 @@
 //! Deviations: no Algorithm 1 and no problem (11) yet; defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
+mod chart;
 mod coarse;
+mod cone;
+mod courses;
 mod curve;
+mod cut;
 mod fill;
+mod guided;
 mod input;
+mod layout;
+mod lengths;
 mod panels;
+mod paper;
+mod partition;
+mod patch_graph;
 mod pattern;
+mod paving;
+mod polyhedron;
+mod region;
 mod shape;
 
+pub use guided::{PatchDesign, Proposal};
+pub use lengths::Steps;
 pub use panels::Panel;
+pub use patch_graph::{Corner, NoCIndices, Patch, PatchGraph, Side};
+pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_polyhedron};
 pub use shape::ShapeOptions;
 
+use crate::TilingError;
 use input::Input;
+use layout::Draft;
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
+use paper::Paper;
 use pattern::Pattern;
 use solve::SolveError;
 use std::time::{Duration, Instant};
@@ -53,6 +73,11 @@ pub struct SurfaceOptions {
     pub feature_angle: f64,
     /// A border or marked line that turns by more than this keeps a vertex there, radians, 0 to pi. Default 30 degrees.
     pub corner_angle: f64,
+    /// How the surface is divided. Default [`Partition::Expansion`].
+    pub partition: Partition,
+    /// Border vertices and their c-indices (interior angles in units of 30 degrees, 2 to 10), instead of those nearest to
+    /// their angles. Only the paper's partition asks. Default none.
+    pub corners: Vec<(u32, u8)>,
     /// Which of the many tilings of the surface.
     pub fill: Fill,
     /// How the mesh is shaped.
@@ -65,10 +90,22 @@ impl Default for SurfaceOptions {
             marked_edges: Vec::new(),
             feature_angle: 50f64.to_radians(),
             corner_angle: std::f64::consts::FRAC_PI_6,
+            partition: Partition::Expansion,
+            corners: Vec::new(),
             fill: Fill::Regular,
             shape: ShapeOptions::default(),
         }
     }
+}
+
+/// How a surface is divided into parts that can be flat.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Partition {
+    /// The expansion of a coarse triangulation: always there, irregular vertices evenly spread.
+    Expansion,
+    /// The paper's: cuts, Algorithm 1 and problem 11. Large patches, irregular vertices where the curvature is. Where no
+    /// such partition is found, the expansion, and [`SurfaceTiling::patch_graph`] is `None`.
+    Paper,
 }
 
 /// Choice of tiles.
@@ -144,6 +181,20 @@ pub enum SurfaceError {
     /// A linear system failed.
     #[error(transparent)]
     Solver(#[from] SolveError),
+    /// Faces without c-indices.
+    #[error(transparent)]
+    Polygons(#[from] NoCIndices),
+    /// The surface cannot be cut into disks that can be laid flat, or one of them not be divided.
+    #[error(
+        "no partition into flat patches was found; mark edges that divide the surface, use smaller panels, or the expansion"
+    )]
+    NoPartition,
+    /// No side lengths close all patches, or a patch has no tiling.
+    #[error("no lengths of sides close all patches and leave each a tiling; choose another edge length")]
+    NoLengths,
+    /// The plane solver failed.
+    #[error("a patch could not be filled: {0}")]
+    Filling(TilingError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -171,6 +222,12 @@ pub struct SurfaceTiling {
     pub defects: Vec<(u32, i32)>,
     /// Vertices off the border.
     pub interior_vertices: usize,
+    /// The patches of [`Partition::Paper`], if it was asked for and found.
+    pub patch_graph: Option<PatchGraph>,
+    /// Of these, patches that got other side lengths than the best, because these admit no tiling.
+    pub relengthened_patches: Vec<u32>,
+    /// Of these, patches that got rhombi, having no tiling without.
+    pub patches_with_rhombi: Vec<u32>,
     /// Patches that the plane solver filled, over all sweeps; none with [`Fill::Regular`].
     pub patches: usize,
     /// Those of them that got another tiling.
@@ -205,6 +262,13 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
+    if options.partition == Partition::Paper {
+        if let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
+            && let Some(paper) = Paper::new(&input, draft, edge_length, options, &mut lap, monitor)?
+        {
+            return paper.measured(edge_length, stages);
+        }
+    }
     let mut attempts = Vec::new();
     for fraction in SMALLER {
         let attempt = Attempt::new(&input, fraction * edge_length, options, &mut lap, monitor)?;
@@ -218,12 +282,16 @@ pub fn tile_surface(
     let Some(best) = attempts.into_iter().min_by_key(|attempt| attempt.turned.len()) else {
         return Err(SurfaceError::Empty);
     };
+    let kinds = best.pattern.kinds();
     let mesh = PolygonMesh::from_polygons(best.pattern.positions, &best.pattern.tiles)?;
     let (defects, interior_vertices) = panels::defects(&mesh);
-    let panels = Panel::all(&mesh);
+    let panels = Panel::all(&mesh, &kinds);
     lap(4);
     Ok(SurfaceTiling {
         edge_length: best.edge_length,
+        patch_graph: None,
+        relengthened_patches: Vec::new(),
+        patches_with_rhombi: Vec::new(),
         patches: best.refilled.0,
         changed_patches: best.refilled.1,
         mesh,
@@ -263,7 +331,7 @@ impl Attempt {
             refilled = fill::refill(&mut pattern, patch_panels, seed, monitor)?;
         }
         lap(2);
-        let turned = shape::shape(&input.mesh, &coarse, &mut pattern, options.shape, monitor)?;
+        let turned = shape::shape(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
         lap(3);
         Ok(Self { edge_length, pattern, turned, refilled })
     }

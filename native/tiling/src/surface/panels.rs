@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// One face of the result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Triangle or square: every surface has a tiling without rhombi here.
+    /// What it is in the plane.
     pub kind: Kind,
     /// Distance between the diagonals over their mean length: 0 when flat.
     pub planarity: f64,
@@ -18,16 +18,17 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// Measures every face of a mesh of triangles and quads.
-    pub(super) fn all(mesh: &PolygonMesh) -> Vec<Self> {
+    /// Measures every face of a mesh of triangles and quads, given what each is.
+    pub(super) fn all(mesh: &PolygonMesh, kinds: &[Kind]) -> Vec<Self> {
         (0..mesh.face_count())
             .map(|f| {
                 let p: Vec<_> = mesh.face_points(f).collect();
                 let n = p.len();
+                let kind = kinds[f];
                 let edges = (0..n).map(|k| p[k].distance(p[(k + 1) % n])).collect();
                 if n == 3 {
                     let area = (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
-                    return Self { kind: Kind::Triangle, planarity: 0.0, area, edges };
+                    return Self { kind, planarity: 0.0, area, edges };
                 }
                 let (first, second) = (p[2] - p[0], p[3] - p[1]);
                 let across = first.cross(second).normalize_or_zero();
@@ -35,7 +36,7 @@ impl Panel {
                 let planarity = if mean > 0.0 { across.dot(p[1] - p[0]).abs() / mean } else { 0.0 };
                 let half = |a: usize, b: usize| (p[a] - p[0]).cross(p[b] - p[0]).length() / 2.0;
                 let area = half(1, 2) + half(2, 3);
-                Self { kind: Kind::Square, planarity, area, edges }
+                Self { kind, planarity, area, edges }
             })
             .collect()
     }

@@ -11,6 +11,7 @@
 //! the tiles of both sides share. What is left between two curves at a vertex of theirs is a fan about that vertex.
 
 use super::coarse::Coarse;
+use crate::Kind;
 use mesh::{DVec3, NONE, Topology, sorted};
 use std::collections::BTreeMap;
 
@@ -37,6 +38,11 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
+    /// What each tile is, where none is a rhombus.
+    pub fn kinds(&self) -> Vec<Kind> {
+        self.tiles.iter().map(|tile| if tile.len() == 3 { Kind::Triangle } else { Kind::Square }).collect()
+    }
+
     /// The expansion of a coarse triangulation. O(n log n).
     pub fn expand(coarse: &Coarse) -> Self {
         let topology = Topology::of_triangles(&coarse.mesh);

@@ -9,7 +9,7 @@
 //! it, and only the last let it off, for planarity. Steps that turn a tile over are halved, at that tile's vertices only; those that would turn it at any length are left out.
 
 use super::SurfaceError;
-use super::coarse::Coarse;
+use super::curve::Curve;
 use super::pattern::{Pattern, Place};
 use mesh::{DVec3, Monitor, NONE, TriangleMesh};
 use solve::cholesky::Factor;
@@ -47,7 +47,7 @@ impl Default for ShapeOptions {
 struct Shaper<'a> {
     surface: &'a TriangleMesh,
     closest: ClosestPoint,
-    coarse: &'a Coarse,
+    curves: &'a [Curve],
     pattern: &'a Pattern,
     tiles_at: Vec<Vec<u32>>,
     /// Segment of its curve that each vertex was last nearest to.
@@ -59,7 +59,7 @@ struct Shaper<'a> {
 /// Puts the pattern on the surface and shapes it; the tiles that are turned over in the end.
 pub(super) fn shape(
     surface: &TriangleMesh,
-    coarse: &Coarse,
+    curves: &[Curve],
     pattern: &mut Pattern,
     options: ShapeOptions,
     monitor: &Monitor,
@@ -74,7 +74,7 @@ pub(super) fn shape(
     let mut shaper = Shaper {
         surface,
         closest: ClosestPoint::new(surface),
-        coarse,
+        curves,
         pattern,
         tiles_at,
         segment: vec![0; count],
@@ -114,7 +114,7 @@ impl Shaper<'_> {
         match self.pattern.places[v] {
             Place::Fixed => self.pattern.positions[v],
             Place::OnCurve(curve) => {
-                let (q, segment) = self.coarse.curves[curve as usize].project_near(p, self.segment[v]);
+                let (q, segment) = self.curves[curve as usize].project_near(p, self.segment[v]);
                 self.segment[v] = segment;
                 q
             }
@@ -134,7 +134,7 @@ impl Shaper<'_> {
                 monitor.check()?;
             }
             if let Place::OnCurve(curve) = self.pattern.places[v] {
-                self.segment[v] = self.coarse.curves[curve as usize].project(p).1;
+                self.segment[v] = self.curves[curve as usize].project(p).1;
             }
             placed.push(self.nearest(v, p));
         }
@@ -266,6 +266,45 @@ impl Shaper<'_> {
         }
         mesh::face_normal(&tile.iter().map(|&v| positions[v as usize]).collect::<Vec<_>>())
     }
+}
+
+/// Weight of a vertex's last place while a mesh without a surface is shaped: what keeps it from drifting.
+const RESTING: f64 = 0.02;
+
+/// Shapes a mesh that has no surface to keep to, for regularity alone: equilateral triangles and squares of one edge length
+/// where its combinatorics allow them.
+pub(super) fn regularise(
+    tiles: &[Vec<u32>],
+    positions: &mut [DVec3],
+    rounds: usize,
+    monitor: &Monitor,
+) -> Result<(), SurfaceError> {
+    let mut triplets: Vec<(usize, usize, f64)> = (0..positions.len()).map(|v| (v, v, RESTING)).collect();
+    for tile in tiles {
+        let n = tile.len() as f64;
+        for &a in tile {
+            for &b in tile.iter().filter(|&&b| b <= a) {
+                triplets.push((a as usize, b as usize, if a == b { 1.0 - 1.0 / n } else { -1.0 / n }));
+            }
+        }
+    }
+    let factor = Factor::new(positions.len(), &triplets)?;
+    for round in 0..rounds {
+        monitor.stage("shaping", round as f64 / rounds as f64)?;
+        let edge = mean_edge(tiles, positions);
+        let mut right: Vec<DVec3> = positions.iter().map(|&p| RESTING * p).collect();
+        for tile in tiles {
+            for (&v, q) in tile.iter().zip(regular(tile, positions, edge, None)) {
+                right[v as usize] += q;
+            }
+        }
+        let mut sides: Vec<Vec<f64>> = (0..3).map(|axis| right.iter().map(|p| p[axis]).collect()).collect();
+        factor.solve_many(&mut sides)?;
+        for (v, p) in positions.iter_mut().enumerate() {
+            *p = DVec3::new(sides[0][v], sides[1][v], sides[2][v]);
+        }
+    }
+    Ok(())
 }
 
 /// Whether a corner of a tile faces away from `up`.

@@ -1,0 +1,299 @@
+//! Cutting a surface into disks that can be laid flat (section 4.2.1: "subdivide it into sub-surfaces of disk topology").
+//!
+//! The surface is cut along marked edges first. A piece with several borders is cut along a shortest path between two of
+//! them; a closed piece, or one with handles, by the plane across the middle of its longest axis. So is a disk whose
+//! conformal map folds, overlaps itself or shrinks a part of it too much.
+
+use super::chart::Chart;
+use glam::DMat3;
+use mesh::{Cancelled, DVec3, Monitor, NONE, Topology, TriangleMesh, sorted};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+
+/// Most pieces; a surface that needs more has no patches larger than its panels.
+const MOST_PIECES: usize = 96;
+
+/// A vertex this near to a cutting plane, in mean edges of the piece, counts as on it.
+const ON_PLANE: f64 = 0.12;
+
+/// A surface in charts.
+pub(super) struct Cut {
+    /// The triangles, some of them divided by cuts.
+    pub mesh: TriangleMesh,
+    /// Marked edges by the vertices of `mesh`.
+    pub marked: BTreeSet<[u32; 2]>,
+    /// Marked edges and cuts.
+    pub edges: BTreeSet<[u32; 2]>,
+    pub charts: Vec<Chart>,
+}
+
+/// A piece of the surface: triangles that no cut divides, with a vertex of their own for each fan.
+pub(super) struct Piece {
+    pub mesh: TriangleMesh,
+    /// Vertex of the whole for each of the piece's.
+    pub origin: Vec<u32>,
+}
+
+/// The charts; `None` when the pieces become too many.
+pub(super) fn cut(mesh: &TriangleMesh, marked: &[[u32; 2]], monitor: &Monitor) -> Result<Option<Cut>, Cancelled> {
+    let mut mesh = mesh.clone();
+    let mut marked: BTreeSet<[u32; 2]> = marked.iter().copied().collect();
+    let mut edges = marked.clone();
+    loop {
+        monitor.stage("cutting", 0.0)?;
+        let pieces = pieces(&mesh, &edges);
+        if pieces.len() > MOST_PIECES {
+            return Ok(None);
+        }
+        let mut charts = Vec::new();
+        let mut faulty = None;
+        for piece in pieces {
+            monitor.check()?;
+            let topology = Topology::of_triangles(&piece.mesh);
+            let loops = topology.border_loops();
+            if loops.len() > 1 {
+                faulty = Some((piece, true));
+                break;
+            }
+            match Chart::new(piece) {
+                Ok(chart) => charts.push(chart),
+                Err(piece) => {
+                    faulty = Some((piece, false));
+                    break;
+                }
+            }
+        }
+        match faulty {
+            None => return Ok(Some(Cut { mesh, marked, edges, charts })),
+            Some((piece, true)) => {
+                let path = path_between_borders(&piece);
+                if path.len() < 2 {
+                    return Ok(None);
+                }
+                edges.extend(path.windows(2).map(|w| sorted(piece.origin[w[0] as usize], piece.origin[w[1] as usize])));
+            }
+            Some((piece, false)) => {
+                if !bisect(&mut mesh, &mut [&mut edges, &mut marked], &piece) {
+                    return Ok(None);
+                }
+            }
+        }
+    }
+}
+
+/// The parts between cuts.
+fn pieces(mesh: &TriangleMesh, edges: &BTreeSet<[u32; 2]>) -> Vec<Piece> {
+    let topology = Topology::of_triangles(mesh);
+    let is_cut =
+        |h: u32| topology.twin[h as usize] == NONE || edges.contains(&sorted(topology.from(h), topology.to(h)));
+    let mut piece_of = vec![NONE; mesh.triangles.len()];
+    let mut triangles: Vec<Vec<u32>> = Vec::new();
+    for start in 0..mesh.triangles.len() {
+        if piece_of[start] != NONE {
+            continue;
+        }
+        let index = triangles.len() as u32;
+        piece_of[start] = index;
+        let mut found = vec![start as u32];
+        let mut next = 0;
+        while next < found.len() {
+            for k in 0..3 {
+                let h = 3 * found[next] + k;
+                if !is_cut(h) {
+                    let other = topology.twin[h as usize] / 3;
+                    if piece_of[other as usize] == NONE {
+                        piece_of[other as usize] = index;
+                        found.push(other);
+                    }
+                }
+            }
+            next += 1;
+        }
+        found.sort_unstable();
+        triangles.push(found);
+    }
+    // Corners joined across edges that are not cut are one vertex.
+    let mut fan = vec![NONE; topology.len()];
+    triangles
+        .into_iter()
+        .map(|found| {
+            let (mut positions, mut origin) = (Vec::new(), Vec::new());
+            for corner in found.iter().flat_map(|&t| [3 * t, 3 * t + 1, 3 * t + 2]) {
+                if fan[corner as usize] != NONE {
+                    continue;
+                }
+                let vertex = positions.len() as u32;
+                let v = topology.from(corner);
+                positions.push(mesh.positions[v as usize]);
+                origin.push(v);
+                let mut open = vec![corner];
+                while let Some(c) = open.pop() {
+                    if std::mem::replace(&mut fan[c as usize], vertex) != NONE {
+                        continue;
+                    }
+                    if !is_cut(c) {
+                        open.push(topology.next[topology.twin[c as usize] as usize]);
+                    }
+                    let before = topology.prev[c as usize];
+                    if !is_cut(before) {
+                        open.push(topology.twin[before as usize]);
+                    }
+                    open.retain(|&c| fan[c as usize] == NONE);
+                }
+            }
+            let corners = found.iter().map(|&t| [0, 1, 2].map(|k| fan[3 * t as usize + k])).collect();
+            Piece { mesh: TriangleMesh { positions, triangles: corners }, origin }
+        })
+        .collect()
+}
+
+/// Shortest path along edges from the first border loop to another.
+fn path_between_borders(piece: &Piece) -> Vec<u32> {
+    let topology = Topology::of_triangles(&piece.mesh);
+    let loops = topology.border_loops();
+    let first: BTreeSet<u32> = loops[0].iter().map(|&h| topology.from(h)).collect();
+    let mut distance = vec![f64::INFINITY; piece.mesh.positions.len()];
+    let mut before = vec![NONE; distance.len()];
+    // Distances as whole numbers order the queue; a millionth of the mean edge is exact enough.
+    let unit = mean_edge(&piece.mesh) * 1e-6;
+    let mut queue = BinaryHeap::new();
+    for &v in &first {
+        distance[v as usize] = 0.0;
+        queue.push((std::cmp::Reverse(0u64), v));
+    }
+    while let Some((std::cmp::Reverse(at), v)) = queue.pop() {
+        if at > (distance[v as usize] / unit) as u64 {
+            continue;
+        }
+        if topology.is_border_vertex(v) && !first.contains(&v) {
+            let mut path = vec![v];
+            while before[path[path.len() - 1] as usize] != NONE {
+                path.push(before[path[path.len() - 1] as usize]);
+            }
+            return path;
+        }
+        for w in topology.neighbours(v) {
+            let there =
+                distance[v as usize] + piece.mesh.positions[v as usize].distance(piece.mesh.positions[w as usize]);
+            if there < distance[w as usize] && !first.contains(&w) {
+                distance[w as usize] = there;
+                before[w as usize] = v;
+                queue.push((std::cmp::Reverse((there / unit) as u64), w));
+            }
+        }
+    }
+    Vec::new()
+}
+
+fn mean_edge(mesh: &TriangleMesh) -> f64 {
+    let sum: f64 = (0..mesh.triangles.len())
+        .map(|t| {
+            let [a, b, c] = mesh.points(t);
+            a.distance(b) + b.distance(c) + c.distance(a)
+        })
+        .sum();
+    sum / (3 * mesh.triangles.len()).max(1) as f64
+}
+
+/// Divides a piece by the plane across its longest axis, splitting the edges that the plane meets; whether it did.
+fn bisect(mesh: &mut TriangleMesh, edge_sets: &mut [&mut BTreeSet<[u32; 2]>; 2], piece: &Piece) -> bool {
+    let near = ON_PLANE * mean_edge(&piece.mesh);
+    let (mut area, mut centre) = (0.0, DVec3::ZERO);
+    for t in 0..piece.mesh.triangles.len() {
+        let weight = piece.mesh.area_normal(t).length();
+        centre += weight * piece.mesh.points(t).iter().sum::<DVec3>() / 3.0;
+        area += weight;
+    }
+    centre /= area;
+    let axis = longest_axis(&piece.mesh, centre);
+    // The height over the plane, by vertices of the whole: those of other pieces are not cut.
+    let mut height: BTreeMap<u32, f64> = BTreeMap::new();
+    for (&v, p) in piece.origin.iter().zip(&piece.mesh.positions) {
+        let h = (*p - centre).dot(axis);
+        height.insert(v, if h.abs() < near { 0.0 } else { h });
+    }
+    let inside: BTreeSet<[u32; 3]> = piece.mesh.triangles.iter().map(|t| t.map(|v| piece.origin[v as usize])).collect();
+    let mut middle: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    for corners in &inside {
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            let (low, high) = (height[&a.min(b)], height[&a.max(b)]);
+            if low * high < 0.0 {
+                middle.entry(sorted(a, b)).or_insert_with(|| {
+                    let [p, q] = sorted(a, b).map(|v| mesh.positions[v as usize]);
+                    mesh.positions.push(p.lerp(q, low / (low - high)));
+                    mesh.positions.len() as u32 - 1
+                });
+            }
+        }
+    }
+    let mut added: BTreeSet<[u32; 2]> = BTreeSet::new();
+    let new: BTreeSet<u32> = middle.values().copied().collect();
+    let is_zero = |v: u32| height.get(&v) == Some(&0.0) || new.contains(&v);
+    let mut triangles = Vec::with_capacity(mesh.triangles.len());
+    for &corners in &mesh.triangles {
+        let is_inside = inside.contains(&corners);
+        let made = divided(corners, &middle);
+        if is_inside && made.iter().all(|t| !t.iter().all(|&v| is_zero(v))) {
+            for t in &made {
+                for k in 0..3 {
+                    if is_zero(t[k]) && is_zero(t[(k + 1) % 3]) {
+                        added.insert(sorted(t[k], t[(k + 1) % 3]));
+                    }
+                }
+            }
+        }
+        triangles.extend(made);
+    }
+    mesh.triangles = triangles;
+    for set in edge_sets.iter_mut() {
+        for (&[a, b], &m) in &middle {
+            if set.remove(&[a, b]) {
+                set.extend([sorted(a, m), sorted(b, m)]);
+            }
+        }
+    }
+    let border: BTreeSet<[u32; 2]> = {
+        let topology = Topology::of_triangles(mesh);
+        topology.edges().filter(|&h| topology.is_border(h)).map(|h| sorted(topology.from(h), topology.to(h))).collect()
+    };
+    let before = edge_sets[0].len();
+    edge_sets[0].extend(added.difference(&border));
+    edge_sets[0].len() > before
+}
+
+/// A triangle with some edges split.
+fn divided(corners: [u32; 3], middle: &BTreeMap<[u32; 2], u32>) -> Vec<[u32; 3]> {
+    let at = |k: usize| middle.get(&sorted(corners[k % 3], corners[(k + 1) % 3])).copied();
+    let split: Vec<usize> = (0..3).filter(|&k| at(k).is_some()).collect();
+    match split.as_slice() {
+        [] => vec![corners],
+        &[k] => {
+            let m = at(k).expect("split");
+            let (a, b, c) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            vec![[a, m, c], [m, b, c]]
+        }
+        _ => {
+            // Two: the corner between them comes off, the rest is halved.
+            let k = (0..3).find(|&k| at(k).is_some() && at(k + 2).is_some()).expect("two split edges share a corner");
+            let (a, b, c) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            let (after, before) = (at(k).expect("split"), at(k + 2).expect("split"));
+            vec![[a, after, before], [after, b, c], [after, c, before]]
+        }
+    }
+}
+
+/// Direction in which the triangles spread most.
+fn longest_axis(mesh: &TriangleMesh, centre: DVec3) -> DVec3 {
+    let mut spread = DMat3::ZERO;
+    for t in 0..mesh.triangles.len() {
+        let weight = mesh.area_normal(t).length();
+        let d = mesh.points(t).iter().sum::<DVec3>() / 3.0 - centre;
+        spread += DMat3::from_cols(d.x * d, d.y * d, d.z * d) * weight;
+    }
+    // Power iteration; ties, as on a sphere, are broken by where it starts.
+    let mut axis = DVec3::new(0.3, 0.2, 1.0).normalize();
+    for _ in 0..64 {
+        axis = (spread * axis).try_normalize().unwrap_or(axis);
+    }
+    axis
+}

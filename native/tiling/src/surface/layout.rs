@@ -1,0 +1,618 @@
+//! From a surface to its patch graph: cuts, corners of the charts, partitions, and what they leave (section 4.2.1).
+//!
+//! Corners come from the angles of the border in space: where it turns by more than 15 degrees at a vertex, and where the
+//! turn of a smooth stretch adds up to 30 degrees. C-indices are the nearest that close: the turns of a chart sum to a whole
+//! multiple of 30 degrees, the nearest to their sum in space, and what the surface curves inside is left to the
+//! partition.
+
+use super::chart::Chart;
+use super::curve::Curve;
+use super::cut::{Cut, cut};
+use super::input::Input;
+use super::partition::{BUDGET, Division, Ground, Search};
+use super::patch_graph::{Corner, Patch, PatchGraph, Side, closing_c_indices};
+use super::pattern::Place as VertexPlace;
+use super::region::{Arc, Line, Region, Spot};
+use super::{SurfaceError, SurfaceOptions};
+use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh, sorted};
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::{FRAC_PI_6, PI, TAU};
+use std::sync::Arc as Shared;
+
+/// A vertex turns a corner by more than this, in units of 30 degrees.
+const TURN: f64 = 0.5;
+
+/// The shortest distance between corners of one border, in edges.
+const APART: f64 = 1.3;
+
+/// Nodes on either side of a curve that are nearer than this, in edges, become one.
+const MERGE: f64 = 0.9;
+
+/// A crease that is not followed: the surface turns by more than this there, radians.
+const CREASE: f64 = 0.6;
+
+/// A patch graph, with where its sides run in the charts.
+pub(super) struct Layout {
+    pub graph: PatchGraph,
+    /// Chart of each patch, and the piece of a curve for each of its corners.
+    pub chart_of: Vec<usize>,
+    pub pieces: Vec<Vec<Arc>>,
+    /// Borders and marked lines, and where nodes and sides may go along them.
+    pub curves: Vec<Curve>,
+    pub node_places: Vec<VertexPlace>,
+    pub side_places: Vec<VertexPlace>,
+}
+
+/// Lines of the surface before partitions: their vertices, and whether they are borders or marked.
+struct Chains {
+    paths: Vec<Vec<u32>>,
+    is_line: Vec<bool>,
+    /// Line and segment of each edge.
+    at: BTreeMap<[u32; 2], (usize, usize)>,
+    /// Vertices at which three or more lines meet, or a line ends.
+    fixed: BTreeSet<u32>,
+}
+
+/// A surface in charts, with the lines between them: what no partition changes.
+struct Base {
+    cut: Cut,
+    chains: Chains,
+    creases: Vec<Vec<[glam::DVec2; 2]>>,
+    edge_length: f64,
+    corner_angle: f64,
+}
+
+/// A surface on its way to a patch graph: regions, some of them not flat yet.
+#[derive(Clone)]
+pub(super) struct Draft {
+    base: Shared<Base>,
+    pub regions: Vec<Region>,
+    /// Number of the next curve.
+    next: usize,
+}
+
+impl Draft {
+    /// The charts of a surface, with corners; `None` when it cannot be cut into charts whose corners close.
+    pub fn new(
+        input: &Input,
+        edge_length: f64,
+        options: &SurfaceOptions,
+        monitor: &Monitor,
+    ) -> Result<Option<Self>, SurfaceError> {
+        let Some(mut cut) = cut(&input.mesh, &input.followed, monitor)? else { return Ok(None) };
+        let chains = chains(&cut);
+        let curvature = vertex_curvature(&cut.mesh);
+        for chart in &mut cut.charts {
+            chart.gather(&curvature);
+        }
+        let lines = lines(&cut, &chains);
+        let shared = shared_corners(&cut, &chains, &lines, edge_length);
+        let regions: Option<Vec<Region>> =
+            (0..cut.charts.len()).map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options)).collect();
+        let creases = creases(&cut);
+        let base = Shared::new(Base { cut, chains, creases, edge_length, corner_angle: options.corner_angle });
+        Ok(regions.map(|regions| Self { base, regions, next: lines.len() }))
+    }
+
+    fn ground(&self) -> Ground<'_> {
+        Ground { charts: &self.base.cut.charts, edge_length: self.base.edge_length, creases: &self.base.creases }
+    }
+
+    /// The admissible partitions of a region, best first.
+    pub fn divisions(&mut self, region: usize, monitor: &Monitor) -> Result<Vec<Division>, Cancelled> {
+        let mut next = self.next;
+        let found = self.ground().divisions(&self.regions[region], &mut next, monitor);
+        self.next = next;
+        found
+    }
+
+    /// Divides all regions that are not flat; whether that was possible.
+    pub fn finish(&mut self, monitor: &Monitor) -> Result<bool, Cancelled> {
+        let mut patches = Vec::new();
+        let mut next = self.next;
+        for (k, region) in self.regions.iter().enumerate() {
+            monitor.stage("partitioning", k as f64 / self.regions.len() as f64)?;
+            let ground = self.ground();
+            let mut search = Search { ground: &ground, next, monitor };
+            let budget = BUDGET * f64::from(region.defect().abs());
+            let Some((_, found)) = search.solve(region, budget, f64::INFINITY)? else { return Ok(false) };
+            next = search.next;
+            patches.extend(found);
+        }
+        (self.regions, self.next) = (patches, next);
+        Ok(true)
+    }
+
+    /// The patch graph of regions that are all flat; `None` where two corners of one fall together.
+    pub fn layout(&self) -> Option<Layout> {
+        let base = &self.base;
+        assemble(&base.cut, &base.chains, self.regions.clone(), base.edge_length, base.corner_angle)
+    }
+
+    pub fn charts(&self) -> &[Chart] {
+        &self.base.cut.charts
+    }
+}
+
+/// Angle defect of each vertex inside, radians, over the triangles at it: what each of them holds.
+fn vertex_curvature(mesh: &TriangleMesh) -> Vec<f64> {
+    let topology = Topology::of_triangles(mesh);
+    let mut defect = vec![TAU; mesh.positions.len()];
+    let mut count = vec![0.0; mesh.positions.len()];
+    for t in 0..mesh.triangles.len() {
+        let p = mesh.points(t);
+        for k in 0..3 {
+            let v = mesh.triangles[t][k] as usize;
+            defect[v] -= (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
+            count[v] += 1.0;
+        }
+    }
+    (0..defect.len())
+        .map(|v| if topology.is_border_vertex(v as u32) || count[v] == 0.0 { 0.0 } else { defect[v] / count[v] })
+        .collect()
+}
+
+/// Borders, marked lines and cuts as paths between the vertices where they meet.
+fn chains(cut: &Cut) -> Chains {
+    let topology = Topology::of_triangles(&cut.mesh);
+    let mut is_line: BTreeMap<[u32; 2], bool> = cut.edges.iter().map(|&e| (e, cut.marked.contains(&e))).collect();
+    for h in topology.edges().filter(|&h| topology.is_border(h)) {
+        is_line.insert(sorted(topology.from(h), topology.to(h)), true);
+    }
+    let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for &[a, b] in is_line.keys() {
+        around.entry(a).or_default().push(b);
+        around.entry(b).or_default().push(a);
+    }
+    let kind = |a: u32, b: u32| is_line[&sorted(a, b)];
+    let lines_at = |v: u32| around[&v].iter().filter(|&&w| kind(v, w)).count();
+    let is_stop = |v: u32| around[&v].len() != 2 || lines_at(v) == 1;
+    let fixed = around.keys().copied().filter(|&v| !matches!(lines_at(v), 0 | 2)).collect();
+    let mut left: BTreeSet<[u32; 2]> = is_line.keys().copied().collect();
+    let mut paths = Vec::new();
+    let mut walk = |start: u32, first: u32, left: &mut BTreeSet<[u32; 2]>| {
+        let (mut path, mut before, mut here) = (vec![start, first], start, first);
+        left.remove(&sorted(start, first));
+        while here != start && !is_stop(here) {
+            let next = around[&here].iter().copied().find(|&n| n != before).unwrap_or(before);
+            left.remove(&sorted(here, next));
+            (before, here) = (here, next);
+            path.push(here);
+        }
+        paths.push(path);
+    };
+    for (&v, beside) in around.iter().filter(|(v, _)| is_stop(**v)) {
+        for &w in beside {
+            if left.contains(&sorted(v, w)) {
+                walk(v, w, &mut left);
+            }
+        }
+    }
+    while let Some(&[a, b]) = left.first() {
+        walk(a, b, &mut left);
+    }
+    let mut at = BTreeMap::new();
+    for (line, path) in paths.iter().enumerate() {
+        for (k, w) in path.windows(2).enumerate() {
+            at.insert(sorted(w[0], w[1]), (line, k));
+        }
+    }
+    let is_line = paths.iter().map(|path| kind(path[0], path[1])).collect();
+    Chains { paths, is_line, at, fixed }
+}
+
+/// The border of a chart as runs along lines: the line, whether backwards, and the first border vertex of the run.
+fn runs(cut: &Cut, chains: &Chains, chart: usize) -> Vec<(usize, bool, usize)> {
+    let chart = &cut.charts[chart];
+    let n = chart.border.len();
+    let vertex = |k: usize| chart.origin[chart.border[k % n] as usize];
+    let step = |k: usize| {
+        let (line, segment) = chains.at[&sorted(vertex(k), vertex(k + 1))];
+        let path = &chains.paths[line];
+        // A closed path of two segments would be ambiguous; meshes have none.
+        let reversed = path[segment] != vertex(k);
+        (line, segment, reversed)
+    };
+    let starts: Vec<usize> = (0..n)
+        .filter(|&k| {
+            let (line, segment, reversed) = step(k);
+            if reversed { segment + 2 == chains.paths[line].len() } else { segment == 0 }
+        })
+        .collect();
+    starts.iter().map(|&k| (step(k).0, step(k).2, k)).collect()
+}
+
+fn lines(cut: &Cut, chains: &Chains) -> Vec<Shared<Line>> {
+    let mut images = vec![[None, None]; chains.paths.len()];
+    for (c, chart) in cut.charts.iter().enumerate() {
+        let n = chart.border.len();
+        for (line, reversed, first) in runs(cut, chains, c) {
+            let count = chains.paths[line].len();
+            let mut uv: Vec<_> = (0..count).map(|k| chart.flat.uv[chart.border[(first + k) % n] as usize]).collect();
+            if reversed {
+                uv.reverse();
+            }
+            images[line][usize::from(reversed)] = Some(uv);
+        }
+    }
+    chains
+        .paths
+        .iter()
+        .zip(images)
+        .enumerate()
+        .map(|(id, (path, images))| {
+            let points = path.iter().map(|&v| cut.mesh.positions[v as usize]).collect();
+            let ends = [path[0], path[path.len() - 1]].map(Spot::Node);
+            Shared::new(Line::new(id, points, images, ends))
+        })
+        .collect()
+}
+
+/// Corners within a stretch of border, as the step after which each comes and its turn in units of 30 degrees: where the
+/// turn so far, given at each vertex between, passes equal parts of the whole.
+fn inserted(turns: &[f64], lengths: &[f64], edge_length: f64) -> Vec<(usize, i32)> {
+    let whole: f64 = turns.iter().sum();
+    let count = whole.round() as i32;
+    let length: f64 = lengths.iter().sum();
+    let room = (length / (APART * edge_length)) as i32 - 1;
+    if count == 0 || room < 1 {
+        return Vec::new();
+    }
+    let places = count.abs().min(room);
+    let mut found: Vec<(usize, i32)> = Vec::new();
+    for place in 0..places {
+        let wanted = whole * (f64::from(place) + 0.5) / f64::from(places);
+        let mut sum = 0.0;
+        let at = turns.iter().position(|turn| {
+            sum += turn;
+            sum.abs() >= wanted.abs() - 1e-9
+        });
+        let share = count / places + if place < (count % places).abs() { count.signum() } else { 0 };
+        found.push((at.unwrap_or(turns.len() - 1), share));
+    }
+    // Two at one vertex are one.
+    found.dedup_by(|b, a| {
+        let same = a.0 == b.0;
+        if same {
+            a.1 += b.1;
+        }
+        same
+    });
+    found
+}
+
+/// Turns at the inner vertices of a run, to the left as the chart walks it, and the lengths of its segments.
+fn turns_of_run(
+    cut: &Cut,
+    chains: &Chains,
+    chart: usize,
+    (line, _, first): (usize, bool, usize),
+) -> (Vec<f64>, Vec<f64>) {
+    let chart = &cut.charts[chart];
+    let n = chart.border.len();
+    let count = chains.paths[line].len();
+    let turns = (1..count - 1).map(|k| (PI - chart.angles[(first + k) % n]) / FRAC_PI_6).collect();
+    let at = |k: usize| chart.mesh.positions[chart.border[(first + k) % n] as usize];
+    (turns, (1..count).map(|k| at(k - 1).distance(at(k))).collect())
+}
+
+/// Corners along cuts, the same for both sides: segment count from the line's start, and the turn seen from its left.
+fn shared_corners(cut: &Cut, chains: &Chains, lines: &[Shared<Line>], edge_length: f64) -> Vec<Vec<(usize, i32)>> {
+    let mut shared = vec![Vec::new(); lines.len()];
+    for c in 0..cut.charts.len() {
+        for run in runs(cut, chains, c) {
+            if !chains.is_line[run.0] && !run.1 {
+                let (turns, lengths) = turns_of_run(cut, chains, c, run);
+                shared[run.0] =
+                    inserted(&turns, &lengths, edge_length).into_iter().map(|(k, turn)| (k + 1, turn)).collect();
+            }
+        }
+    }
+    shared
+}
+
+/// The whole of a chart, with its corners; `None` when no c-indices close.
+fn region(
+    cut: &Cut,
+    chains: &Chains,
+    lines: &[Shared<Line>],
+    shared: &[Vec<(usize, i32)>],
+    c: usize,
+    edge_length: f64,
+    options: &SurfaceOptions,
+) -> Option<Region> {
+    let chart = &cut.charts[c];
+    let n = chart.border.len();
+    let total: f64 = chart.angles.iter().map(|angle| (PI - angle) / FRAC_PI_6).sum();
+    // Corners whose c-index is to be found: angle and what the caller set; and turns that are settled.
+    let (mut angles, mut set): (Vec<f64>, Vec<Option<u8>>) = (Vec::new(), Vec::new());
+    let mut settled = 0;
+    let (mut arcs, mut corner_of): (Vec<Arc>, Vec<Result<usize, i32>>) = (Vec::new(), Vec::new());
+    for run in runs(cut, chains, c) {
+        let (line, reversed, first) = run;
+        let last = lines[line].last();
+        let count = chains.paths[line].len();
+        let angle = |k: usize| chart.angles[(first + k) % n] / FRAC_PI_6;
+        let wanted = |k: usize| {
+            let v = chart.origin[chart.border[(first + k) % n] as usize];
+            options.corners.iter().find(|(vertex, _)| *vertex == v).map(|&(_, c)| c)
+        };
+        // Places along the run, by segments walked.
+        let mut places: Vec<(usize, Result<(f64, Option<u8>), i32>)> = vec![(0, Ok((angle(0), wanted(0))))];
+        if chains.is_line[line] {
+            let (turns, lengths) = turns_of_run(cut, chains, c, run);
+            let mut from = 0;
+            for k in 1..count {
+                let is_corner = k < count - 1 && (turns[k - 1].abs() > TURN || wanted(k).is_some());
+                if is_corner || k == count - 1 {
+                    for (at, turn) in inserted(&turns[from..k - 1], &lengths[from..k], edge_length) {
+                        places.push((from + at + 1, Err(turn)));
+                    }
+                    from = k;
+                }
+                if is_corner {
+                    places.push((k, Ok((angle(k), wanted(k)))));
+                }
+            }
+        } else {
+            for &(k, turn) in &shared[line] {
+                places.push(if reversed { (count - 1 - k, Err(-turn)) } else { (k, Err(turn)) });
+            }
+        }
+        places.sort_by_key(|place| place.0);
+        let at = |k: usize| if reversed { last - k as f64 } else { k as f64 };
+        for (index, (k, kind)) in places.iter().enumerate() {
+            let end = places.get(index + 1).map_or(count - 1, |next| next.0);
+            arcs.push(Arc { line: lines[line].clone(), reversed, from: at(*k), to: at(end) });
+            corner_of.push(match kind {
+                Ok((angle, wanted)) => {
+                    angles.push(*angle);
+                    set.push(*wanted);
+                    Ok(angles.len() - 1)
+                }
+                Err(turn) => {
+                    settled += turn;
+                    Err(*turn)
+                }
+            });
+        }
+    }
+    let chosen = closing_c_indices(&angles, &set, 12 - (total.round() as i32 - settled))?;
+    let corners = corner_of
+        .into_iter()
+        .map(|corner| match corner {
+            Ok(index) => Some(chosen[index]),
+            Err(turn) => u8::try_from(6 - turn).ok(),
+        })
+        .collect::<Option<Vec<u8>>>()?;
+    Some(Region { chart: c, arcs, corners })
+}
+
+/// Edges with a sharp bend that no line follows, in each chart.
+fn creases(cut: &Cut) -> Vec<Vec<[glam::DVec2; 2]>> {
+    let of_chart = |chart: &Chart| {
+        let topology = Topology::of_triangles(&chart.mesh);
+        let sharp = topology.edges().filter(|&h| !topology.is_border(h)).filter(|&h| {
+            let twin = topology.twin[h as usize];
+            let [left, right] = [h, twin].map(|h| chart.mesh.area_normal(topology.face[h as usize] as usize));
+            left.angle_between(right) > CREASE
+        });
+        sharp.map(|h| [topology.from(h), topology.to(h)].map(|v| chart.flat.uv[v as usize])).collect()
+    };
+    cut.charts.iter().map(of_chart).collect()
+}
+
+/// Breakpoints of one line.
+#[derive(Default)]
+struct Breaks {
+    /// Parameter, which sides of the line end there (1 left, 2 right), node.
+    at: Vec<(f64, u8, u32)>,
+}
+
+/// Numbers nodes and sides, and makes nodes on either side of a curve one that all but coincide.
+fn assemble(cut: &Cut, chains: &Chains, regions: Vec<Region>, edge_length: f64, corner_angle: f64) -> Option<Layout> {
+    let mut lines: BTreeMap<usize, Shared<Line>> = BTreeMap::new();
+    let mut breaks: BTreeMap<usize, Breaks> = BTreeMap::new();
+    for arc in regions.iter().flat_map(|region| &region.arcs) {
+        lines.insert(arc.line.id, arc.line.clone());
+        let entry = breaks.entry(arc.line.id).or_default();
+        let side = if arc.reversed { 2 } else { 1 };
+        for t in [arc.from, arc.to] {
+            entry.at.push((t, side, 0));
+        }
+    }
+    for (id, entry) in &mut breaks {
+        let line = &lines[id];
+        entry.at.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut merged: Vec<(f64, u8, u32)> = Vec::new();
+        let near = 1e-6 * line.length_at(line.last());
+        for &(t, side, _) in &entry.at {
+            match merged.last_mut() {
+                Some(last) if line.length_at(t) - line.length_at(last.0) <= near => last.1 |= side,
+                _ => merged.push((t, side, 0)),
+            }
+        }
+        // Ends are of both sides.
+        let (first, last) = (0, merged.len() - 1);
+        merged[first].1 = 3;
+        merged[last].1 = 3;
+        let mut kept: Vec<(f64, u8, u32)> = Vec::new();
+        for (t, side, _) in merged {
+            match kept.last_mut() {
+                Some(before)
+                    if before.1 & side == 0 && line.length_at(t) - line.length_at(before.0) < MERGE * edge_length =>
+                {
+                    before.1 |= side;
+                }
+                _ => kept.push((t, side, 0)),
+            }
+        }
+        entry.at = kept;
+    }
+    let nearest = |line: &Line, t: f64, breaks: &BTreeMap<usize, Breaks>| -> usize {
+        let at = &breaks[&line.id].at;
+        let length = line.length_at(t);
+        (0..at.len())
+            .min_by(|&a, &b| {
+                let off = |k: usize| (line.length_at(at[k].0) - length).abs();
+                off(a).total_cmp(&off(b))
+            })
+            .unwrap_or(0)
+    };
+    // Nodes: first of vertices and centres, then of breakpoints within lines; then line ends that lie on other lines.
+    let mut nodes: Vec<DVec3> = Vec::new();
+    let mut of_vertex: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut of_centre: BTreeMap<usize, u32> = BTreeMap::new();
+    let mut places: Vec<VertexPlace> = Vec::new();
+    let (mut curves, mut curve_of): (Vec<Curve>, BTreeMap<usize, u32>) = (Vec::new(), BTreeMap::new());
+    for (&id, line) in lines.iter().filter(|(id, _)| chains.is_line.get(**id) == Some(&true)) {
+        curve_of.insert(id, curves.len() as u32);
+        curves.push(Curve::new(line.points.iter().copied()));
+    }
+    let place_on = |line: &Line, t: f64| -> VertexPlace {
+        let Some(&curve) = curve_of.get(&line.id) else { return VertexPlace::Free };
+        let k = t.round() as usize;
+        if (t - k as f64).abs() < 1e-9 && k > 0 && k + 1 < line.points.len() {
+            let turn = (line.points[k] - line.points[k - 1]).angle_between(line.points[k + 1] - line.points[k]);
+            if turn > corner_angle {
+                return VertexPlace::Fixed;
+            }
+        }
+        VertexPlace::OnCurve(curve)
+    };
+    for (id, line) in &lines {
+        let last = line.last();
+        for (end, t) in [(0, 0.0), (1, last)] {
+            let p = line.point(t);
+            match &line.ends[end] {
+                Spot::Node(v) => {
+                    let node = *of_vertex.entry(*v).or_insert_with(|| {
+                        nodes.push(p);
+                        places.push(VertexPlace::Free);
+                        nodes.len() as u32 - 1
+                    });
+                    if let Some(&curve) = curve_of.get(id) {
+                        let first = places[node as usize] == VertexPlace::Free;
+                        places[node as usize] =
+                            if chains.fixed.contains(v) || !first && is_bent(cut, chains, *v, corner_angle) {
+                                VertexPlace::Fixed
+                            } else {
+                                VertexPlace::OnCurve(curve)
+                            };
+                    }
+                }
+                Spot::Centre(hub) => {
+                    of_centre.entry(*hub).or_insert_with(|| {
+                        nodes.push(p);
+                        places.push(VertexPlace::Free);
+                        nodes.len() as u32 - 1
+                    });
+                }
+                Spot::On(..) => {}
+            }
+        }
+        let entry = breaks.get_mut(id)?;
+        let count = entry.at.len();
+        for (t, _, node) in &mut entry.at[1..count - 1] {
+            *node = nodes.len() as u32;
+            nodes.push(line.point(*t));
+            places.push(place_on(line, *t));
+        }
+    }
+    fn resolve(
+        spot: &Spot,
+        of_vertex: &BTreeMap<u32, u32>,
+        of_centre: &BTreeMap<usize, u32>,
+        inner: &dyn Fn(&Line, f64) -> Option<u32>,
+    ) -> Option<u32> {
+        match spot {
+            Spot::Node(v) => of_vertex.get(v).copied(),
+            Spot::Centre(hub) => of_centre.get(hub).copied(),
+            Spot::On(line, t) => match inner(line, *t) {
+                Some(node) => Some(node),
+                None => {
+                    let end = usize::from(*t > 0.5 * line.last());
+                    resolve(&line.ends[end], of_vertex, of_centre, inner)
+                }
+            },
+        }
+    }
+    let ends: BTreeMap<usize, [u32; 2]> = {
+        let inner = |line: &Line, t: f64| {
+            let k = nearest(line, t, &breaks);
+            let at = &breaks[&line.id].at;
+            (k > 0 && k + 1 < at.len()).then(|| at[k].2)
+        };
+        let mut ends = BTreeMap::new();
+        for (&id, line) in &lines {
+            let [a, b] = [0, 1].map(|end| resolve(&line.ends[end], &of_vertex, &of_centre, &inner));
+            ends.insert(id, [a?, b?]);
+        }
+        ends
+    };
+    for (id, entry) in &mut breaks {
+        let last = entry.at.len() - 1;
+        entry.at[0].2 = ends[id][0];
+        entry.at[last].2 = ends[id][1];
+    }
+    // Sides between neighbouring breakpoints.
+    let mut graph = PatchGraph { nodes, ..PatchGraph::default() };
+    let mut first_side: BTreeMap<usize, u32> = BTreeMap::new();
+    let mut side_places = Vec::new();
+    for (&id, entry) in &breaks {
+        first_side.insert(id, graph.sides.len() as u32);
+        let line = &lines[&id];
+        for w in entry.at.windows(2) {
+            let arc = Arc { line: line.clone(), reversed: false, from: w[0].0, to: w[1].0 };
+            let points = arc.parameters().iter().map(|&t| line.point(t)).collect();
+            graph.sides.push(Side { ends: [w[0].2, w[1].2], points });
+            side_places.push(curve_of.get(&id).map_or(VertexPlace::Free, |&curve| VertexPlace::OnCurve(curve)));
+        }
+    }
+    let (mut pieces, mut chart_of) = (Vec::new(), Vec::new());
+    for region in regions {
+        let (mut patch, mut of_patch) = (Patch::default(), Vec::new());
+        for (arc, &c) in region.arcs.iter().zip(&region.corners) {
+            let at = &breaks[&arc.line.id].at;
+            let (from, to) = (nearest(&arc.line, arc.from, &breaks), nearest(&arc.line, arc.to, &breaks));
+            // A closed line is walked from its first breakpoint to its last.
+            let count = from.abs_diff(to);
+            if count == 0 {
+                return None;
+            }
+            for k in 0..count {
+                let (low, a, b) = if arc.reversed {
+                    (from - k - 1, from - k, from - k - 1)
+                } else {
+                    (from + k, from + k, from + k + 1)
+                };
+                patch.corners.push(Corner {
+                    node: at[a].2,
+                    c_index: if k == 0 { c } else { 6 },
+                    side: first_side[&arc.line.id] + low as u32,
+                    reversed: arc.reversed,
+                });
+                of_patch.push(Arc { line: arc.line.clone(), reversed: arc.reversed, from: at[a].0, to: at[b].0 });
+            }
+        }
+        graph.patches.push(patch);
+        pieces.push(of_patch);
+        chart_of.push(region.chart);
+    }
+    Some(Layout { graph, chart_of, pieces, curves, node_places: places, side_places })
+}
+
+/// Whether the border or marked line bends sharply at a vertex where its two parts meet.
+fn is_bent(cut: &Cut, chains: &Chains, v: u32, corner_angle: f64) -> bool {
+    let beside: Vec<u32> = chains
+        .at
+        .iter()
+        .filter(|(edge, (line, _))| chains.is_line[*line] && edge.contains(&v))
+        .map(|(edge, _)| if edge[0] == v { edge[1] } else { edge[0] })
+        .collect();
+    let at = |v: u32| cut.mesh.positions[v as usize];
+    match beside[..] {
+        [a, b] => (at(v) - at(a)).angle_between(at(b) - at(v)) > corner_angle,
+        _ => false,
+    }
+}

@@ -1,0 +1,162 @@
+//! Lengths of the sides of a patch graph, in edges (problem 11), with its extension to sqrt-3 edges.
+//!
+//! A side has n edges in its own direction and m pairs of edges, one 30 degrees to the left and one to the right of it:
+//! sqrt 3 each. A pair runs round the triangle whose height the paper's sqrt-3 edge is. So no tile
+//! is cut by a side, and what 4.2.3 demands of tiles cut in two holds by itself.
+//!
+//! **Patches that surely have a tiling.** Where all edges of an outline run in directions of one parity, its inside is a
+//! piece of the triangular lattice; where all run in directions a right angle apart, one of the square lattice. Either
+//! way the one tiling is known to exist, whatever the lengths. So the programme prefers, patch by patch, sides of
+//! edges alone or of pairs alone that make it so. A patch that cannot have that is left to the plane solver and its
+//! certificate.
+//!
+//! Deviation: squared errors are divided by the side's length, so that stretch counts, not length.
+
+use super::patch_graph::{Patch, PatchGraph};
+use crate::plane::Point;
+use mesh::Monitor;
+use solve::SolveError;
+use solve::integer::{Options, Programme, Solution, Term, Variable};
+use std::time::Duration;
+
+/// What a patch costs that is neither of squares nor of triangles alone, in squared edges.
+const MIXED: f64 = 20.0;
+
+/// What a side of both edges and pairs costs, and what each pair: of equals, the straight side.
+const BOTH: f64 = 1.5;
+const PAIR: f64 = 0.01;
+
+/// Edges and pairs as quarters of an edge: sqrt 3 is about 7/4.
+const QUARTERS: [i32; 2] = [4, 7];
+
+/// Limits of the programme: the nodes bind first but on a loaded machine.
+const MOST_NODES: u32 = 400;
+const TIME: Duration = Duration::from_secs(8);
+
+/// Edges of a side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Steps {
+    /// Edges in the side's direction.
+    pub straight: u32,
+    /// Pairs of edges, one to the left and one to the right.
+    pub pairs: u32,
+}
+
+impl Steps {
+    /// How long the side is in the plane, in edges.
+    pub fn chord(self) -> f64 {
+        f64::from(self.straight) + 3f64.sqrt() * f64::from(self.pairs)
+    }
+
+    /// Number of edges.
+    pub fn edges(self) -> u32 {
+        self.straight + 2 * self.pairs
+    }
+}
+
+/// The variables of a side: whether it has edges in its direction, whether pairs, and how many of each.
+struct SideVariables {
+    has_straight: Variable,
+    has_pairs: Variable,
+    straight: Variable,
+    pairs: Variable,
+}
+
+/// A bound on the number of steps around a patch: how other lengths are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Perimeter {
+    pub patch: usize,
+    pub least: i64,
+    pub most: i64,
+}
+
+/// The steps of each side that close every patch and come nearest to the lengths of the sides; `None` when none close.
+pub(super) fn side_steps(
+    graph: &PatchGraph,
+    edge_length: f64,
+    perimeters: &[Perimeter],
+    monitor: &Monitor,
+) -> Result<Option<(Vec<Steps>, f64)>, SolveError> {
+    let mut programme = Programme::new();
+    let variables: Vec<SideVariables> = graph
+        .sides
+        .iter()
+        .map(|side| {
+            let length = (side.length() / edge_length).max(0.5);
+            let most = [2.0 * length + 3.0, 2.0 * length / 3f64.sqrt() + 2.0].map(|most| most as i32);
+            let [has_straight, has_pairs] = [(); 2].map(|()| programme.variable(0..=1));
+            let [straight, pairs] = most.map(|most| programme.variable(0..=most));
+            for (number, has, most) in [(straight, has_straight, most[0]), (pairs, has_pairs, most[1])] {
+                programme.row(&[(number, 1), (has, -1)], 0..);
+                programme.row(&[(number, 1), (has, -most)], ..=0);
+            }
+            programme.row(&[(has_straight, 1), (has_pairs, 1)], 1..);
+            let wanted = 4.0 * length;
+            programme.convex_cost(
+                &[(straight, QUARTERS[0]), (pairs, QUARTERS[1])],
+                move |v| (v as f64 - wanted).powi(2) / (4.0 * wanted),
+                wanted as i64 - 8..=wanted as i64 + 8,
+            );
+            programme.convex_cost(&[(has_straight, 1), (has_pairs, 1)], |v| BOTH * (v - 1) as f64, 0..=2);
+            programme.convex_cost(&[(pairs, 1)], |v| PAIR * v as f64, 0..=i64::from(most[1]));
+            SideVariables { has_straight, has_pairs, straight, pairs }
+        })
+        .collect();
+    // A cone closes whatever its lengths.
+    for patch in graph.patches.iter().filter(|patch| patch.total_interior_defect() == 0) {
+        close(&mut programme, patch, &variables);
+        prefer_lattice(&mut programme, patch, &variables);
+    }
+    for bound in perimeters {
+        let terms: Vec<Term> = graph.patches[bound.patch]
+            .corners
+            .iter()
+            .map(|corner| &variables[corner.side as usize])
+            .flat_map(|side| [(side.straight, 1), (side.pairs, 1)])
+            .collect();
+        programme.row(&terms, bound.least..=bound.most);
+    }
+    let options = Options { max_nodes: MOST_NODES, time_limit: TIME, relative_gap: 1e-3 };
+    match programme.solve(&options, None, &|| monitor.is_cancelled()) {
+        Ok(Solution { values, cost, .. }) => {
+            let of = |variable: Variable| values[variable.index()] as u32;
+            let steps = variables.iter().map(|side| Steps { straight: of(side.straight), pairs: of(side.pairs) });
+            Ok(Some((steps.collect(), cost)))
+        }
+        Err(SolveError::Infeasible { .. } | SolveError::LimitWithoutSolution { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// The outline of a patch ends where it begins, in the exact plane.
+fn close(programme: &mut Programme<'_>, patch: &Patch, variables: &[SideVariables]) {
+    let mut rows: [Vec<Term>; 4] = Default::default();
+    for (corner, direction) in patch.corners.iter().zip(patch.directions()) {
+        let side = &variables[corner.side as usize];
+        let straight = Point::unit(direction);
+        let pair = Point::unit((direction + 1) % 12) + Point::unit((direction + 11) % 12);
+        for (axis, row) in rows.iter_mut().enumerate() {
+            row.extend([(side.straight, straight.0[axis]), (side.pairs, pair.0[axis])]);
+        }
+    }
+    for row in rows {
+        programme.row(&row, 0..=0);
+    }
+}
+
+/// A patch is of triangles, its edges along even or along odd directions, or of squares, or pays.
+fn prefer_lattice(programme: &mut Programme<'_>, patch: &Patch, variables: &[SideVariables]) {
+    let [mixed, squares, even, odd] = [(); 4].map(|()| programme.variable(0..=1));
+    programme.row(&[(mixed, 1), (squares, 1), (even, 1), (odd, 1)], 1..=1);
+    programme.convex_cost(&[(mixed, 1)], |v| MIXED * v as f64, 0..=1);
+    if patch.corners.iter().any(|corner| corner.c_index % 3 != 0) {
+        programme.row(&[(squares, 1)], 0..=0);
+    }
+    for (corner, direction) in patch.corners.iter().zip(patch.directions()) {
+        let side = &variables[corner.side as usize];
+        let (along, across) = if direction % 2 == 0 { (even, odd) } else { (odd, even) };
+        // Edges run in directions of the side's own parity, those of pairs in the other.
+        programme.row(&[(side.has_straight, 1), (across, 1)], ..=1);
+        programme.row(&[(side.has_pairs, 1), (along, 1), (squares, 1)], ..=1);
+    }
+}

@@ -1,0 +1,118 @@
+//! The paper's own way (section 4.2): partition, lengths, filling, mapping, and then the shaping that all ways share.
+
+use super::chart::Chart;
+use super::input::Input;
+use super::layout::{Draft, Layout};
+use super::panels::{self, Panel};
+use super::patch_graph::PatchGraph;
+use super::pattern::{Pattern, Place};
+use super::paving::{Paving, pave};
+use super::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, shape};
+use crate::Kind;
+use glam::DVec2;
+use mesh::{DVec3, Monitor, PolygonMesh};
+use std::time::Duration;
+
+/// A surface tiled by its patch graph.
+pub(super) struct Paper {
+    pub pattern: Pattern,
+    pub kinds: Vec<Kind>,
+    pub turned: Vec<u32>,
+    pub graph: PatchGraph,
+    pub relengthened: Vec<u32>,
+    pub with_rhombi: Vec<u32>,
+}
+
+impl Paper {
+    /// Divides what is not flat yet, and tiles. `None` when there is no patch graph, or no lengths for it.
+    pub fn new(
+        input: &Input,
+        mut draft: Draft,
+        edge_length: f64,
+        options: &SurfaceOptions,
+        lap: &mut impl FnMut(usize),
+        monitor: &Monitor,
+    ) -> Result<Option<Self>, SurfaceError> {
+        if !draft.finish(monitor)? {
+            return Ok(None);
+        }
+        let Some(layout) = draft.layout() else { return Ok(None) };
+        lap(1);
+        let seed = if let Fill::Random { seed, .. } = options.fill { seed } else { 0 };
+        let Some(paving) = pave(&layout.graph, edge_length, seed, monitor)? else { return Ok(None) };
+        let mut pattern = placed(draft.charts(), &layout, &paving, monitor)?;
+        lap(2);
+        let turned = shape::shape(&input.mesh, &layout.curves, &mut pattern, options.shape, monitor)?;
+        lap(3);
+        Ok(Some(Self {
+            pattern,
+            kinds: paving.kinds,
+            turned,
+            graph: layout.graph,
+            relengthened: paving.relengthened,
+            with_rhombi: paving.with_rhombi,
+        }))
+    }
+
+    /// The result, measured.
+    pub fn measured(
+        self,
+        edge_length: f64,
+        stages: Vec<(&'static str, Duration)>,
+    ) -> Result<SurfaceTiling, SurfaceError> {
+        let mesh = PolygonMesh::from_polygons(self.pattern.positions, &self.pattern.tiles)?;
+        let (defects, interior_vertices) = panels::defects(&mesh);
+        Ok(SurfaceTiling {
+            edge_length,
+            patches: 0,
+            changed_patches: 0,
+            panels: Panel::all(&mesh, &self.kinds),
+            mesh,
+            turned: self.turned,
+            defects: defects.into_iter().collect(),
+            interior_vertices,
+            patch_graph: Some(self.graph),
+            relengthened_patches: self.relengthened,
+            patches_with_rhombi: self.with_rhombi,
+            stages,
+        })
+    }
+}
+
+/// Vertices along sides at equal steps, those inside patches through the chart.
+fn placed(charts: &[Chart], layout: &Layout, paving: &Paving, monitor: &Monitor) -> Result<Pattern, SurfaceError> {
+    let mut positions = vec![DVec3::ZERO; paving.vertex_count];
+    let mut places = vec![Place::Free; paving.vertex_count];
+    for (side, along) in paving.along.iter().enumerate() {
+        for &v in along {
+            places[v as usize] = layout.side_places[side];
+        }
+    }
+    for (node, &place) in layout.node_places.iter().enumerate() {
+        positions[node] = layout.graph.nodes[node];
+        places[node] = place;
+    }
+    for (p, sheet) in paving.sheets.iter().enumerate() {
+        monitor.check()?;
+        let mut outline = Vec::new();
+        for (corner, piece) in layout.graph.patches[p].corners.iter().zip(&layout.pieces[p]) {
+            let along = &paving.along[corner.side as usize];
+            let count = along.len() - 1;
+            let ends = [piece.from, piece.to].map(|t| piece.line.length_at(t));
+            for k in 0..count {
+                let t = piece.line.at_length(ends[0] + (ends[1] - ends[0]) * k as f64 / count as f64);
+                let v = along[if corner.reversed { count - k } else { k }];
+                if k > 0 {
+                    positions[v as usize] = piece.line.point(t);
+                }
+                outline.push(piece.at(t).extend(0.0));
+            }
+        }
+        let chart = &charts[layout.chart_of[p]];
+        let found = sheet.harmonic(&outline)?;
+        for (&v, p) in sheet.vertices.iter().zip(found).skip(sheet.outline) {
+            positions[v as usize] = chart.lift(DVec2::new(p.x, p.y));
+        }
+    }
+    Ok(Pattern { positions, places, tiles: paving.tiles.clone() })
+}

@@ -1,0 +1,277 @@
+//! Tiles for every patch of a patch graph (section 4.2.2): each is filled by the plane solver and joined to its
+//! neighbours by index.
+//!
+//! Nodes and the vertices along sides are made once, for both patches. The inside of a patch goes to the place that the
+//! harmonic map of its tiles gives it, with the weights of equilateral triangles and squares: these are the cotangents of
+//! least-squares conformal maps (whose area term is the same for all maps of one border), and as none is negative it
+//! is a mean-value map as well, which does not fold into a convex border.
+
+use super::SurfaceError;
+use super::cone::{Filling, fill_cone};
+use super::courses::{Course, code, courses};
+use super::lengths::{Perimeter, Steps, side_steps};
+use super::patch_graph::{Patch, PatchGraph};
+use crate::plane::Point;
+use crate::rhombi::tile_with_rhombi;
+use crate::tile::Kind;
+use crate::tilings::find_tiling;
+use crate::{Boundary, Options, TilingError};
+use mesh::{DVec3, Monitor};
+use solve::cholesky::Factor;
+use std::collections::BTreeMap;
+
+/// Memory for the tilings of one patch, bytes.
+const MEMORY: usize = 1 << 29;
+
+/// How often other lengths are tried before rhombi are laid.
+const OTHER_LENGTHS: usize = 1;
+
+/// Weights of the harmonic map: half the cotangent of 60 and of 45 degrees.
+const TRIANGLE_WEIGHT: f64 = 0.288_675_134_594_812_9;
+const SQUARE_WEIGHT: f64 = 0.5;
+
+/// What each patch was filled with.
+pub(super) struct Paving {
+    /// Edges of each side.
+    pub steps: Vec<Steps>,
+    /// Vertices of each tile, counter-clockwise.
+    pub tiles: Vec<Vec<u32>>,
+    pub kinds: Vec<Kind>,
+    /// Vertices along each side, its nodes included; nodes come first, so a node's vertex has its index.
+    pub along: Vec<Vec<u32>>,
+    pub sheets: Vec<Sheet>,
+    pub vertex_count: usize,
+    /// Patches that got other lengths than the best because these had no tiling, and those that got rhombi.
+    pub relengthened: Vec<u32>,
+    pub with_rhombi: Vec<u32>,
+}
+
+/// The tiles of one patch, with the vertices along a slit there twice.
+pub(super) struct Sheet {
+    /// Vertex of the result for each of the sheet's own: around the outline first, from corner 0 of a flat patch.
+    pub vertices: Vec<u32>,
+    /// How many of them are on the outline.
+    pub outline: usize,
+    /// Edges of the slit; 0 for a flat patch.
+    pub slit: usize,
+    /// The tiles by the sheet's own vertices.
+    pub tiles: Vec<Vec<u32>>,
+}
+
+/// Lengths, outlines and tiles; `None` when no lengths close all patches, or one has no tiling even with rhombi.
+pub(super) fn pave(
+    graph: &PatchGraph,
+    edge_length: f64,
+    seed: u64,
+    monitor: &Monitor,
+) -> Result<Option<Paving>, SurfaceError> {
+    monitor.stage("lengths", 0.0)?;
+    let Some((mut steps, _)) = side_steps(graph, edge_length, &[], monitor)? else { return Ok(None) };
+    let mut chosen = courses(graph, &steps, monitor)?;
+    let mut filled = fill_all(graph, &chosen, seed, monitor)?;
+    let mut perimeters = Vec::new();
+    let mut relengthened = Vec::new();
+    for _ in 0..OTHER_LENGTHS {
+        let empty = |filled: &[Option<Filling>]| filled.iter().filter(|tiling| tiling.is_none()).count();
+        let Some(p) = filled.iter().position(Option::is_none) else { break };
+        let around: i64 = graph.patches[p]
+            .corners
+            .iter()
+            .map(|c| i64::from(steps[c.side as usize].straight + steps[c.side as usize].pairs))
+            .sum();
+        let mut best = None;
+        for (least, most) in [(around + 1, i64::MAX), (0, around - 1)] {
+            let tried = [perimeters.as_slice(), &[Perimeter { patch: p, least, most }]].concat();
+            if let Some((steps, cost)) = side_steps(graph, edge_length, &tried, monitor)?
+                && best.as_ref().is_none_or(|&(_, least, _)| cost < least)
+            {
+                best = Some((steps, cost, tried));
+            }
+        }
+        let Some((other, _, tried)) = best else { break };
+        let other_courses = courses(graph, &other, monitor)?;
+        let other_filled = fill_all(graph, &other_courses, seed, monitor)?;
+        perimeters = tried;
+        if empty(&other_filled) < empty(&filled) {
+            relengthened.push(p as u32);
+            (steps, chosen, filled) = (other, other_courses, other_filled);
+        }
+    }
+    let mut with_rhombi = Vec::new();
+    for (p, tiling) in filled.iter_mut().enumerate() {
+        if tiling.is_some() {
+            continue;
+        }
+        let Ok(boundary) = Boundary::new(&code(&graph.patches[p], &chosen)) else { return Ok(None) };
+        match tile_with_rhombi(&boundary, seed, &Options { memory: MEMORY }, monitor) {
+            Ok(Some(found)) => *tiling = Some(Filling { tiling: found.tiling, boundary, start: 0, slit: 0 }),
+            Ok(None) | Err(TilingError::Unsettled { .. } | TilingError::Memory { .. }) => return Ok(None),
+            Err(TilingError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            Err(error) => return Err(SurfaceError::Filling(error)),
+        }
+        with_rhombi.push(p as u32);
+    }
+    let filled: Vec<Filling> = filled.into_iter().flatten().collect();
+    Ok(Some(stitch(graph, steps, &chosen, &filled, relengthened, with_rhombi)))
+}
+
+/// A tiling of each patch where there is one.
+fn fill_all(
+    graph: &PatchGraph,
+    courses: &[Course],
+    seed: u64,
+    monitor: &Monitor,
+) -> Result<Vec<Option<Filling>>, SurfaceError> {
+    let count = graph.patches.len() as f64;
+    let options = Options { memory: MEMORY };
+    let fill = |(p, patch): (usize, &Patch)| {
+        monitor.stage("filling", p as f64 / count)?;
+        let code = code(patch, courses);
+        let defect = patch.total_interior_defect();
+        let filling = if defect == 0 {
+            let Ok(boundary) = Boundary::new(&code) else { return Ok(None) };
+            find_tiling(&boundary, seed, &options, monitor)
+                .map(|tiling| tiling.map(|tiling| Filling { tiling, boundary, start: 0, slit: 0 }))
+        } else {
+            fill_cone(&code, defect, seed, &options, monitor)
+        };
+        match filling {
+            Ok(filling) => Ok(filling),
+            Err(TilingError::Memory { .. }) => Ok(None),
+            Err(TilingError::Cancelled(cancelled)) => Err(cancelled.into()),
+            Err(error) => Err(SurfaceError::Filling(error)),
+        }
+    };
+    graph.patches.iter().enumerate().map(fill).collect()
+}
+
+/// Numbers the vertices: nodes, then those along sides, then those inside patches.
+fn stitch(
+    graph: &PatchGraph,
+    steps: Vec<Steps>,
+    courses: &[Course],
+    filled: &[Filling],
+    relengthened: Vec<u32>,
+    with_rhombi: Vec<u32>,
+) -> Paving {
+    let mut count = graph.nodes.len() as u32;
+    let mut fresh = || {
+        count += 1;
+        count - 1
+    };
+    let along: Vec<Vec<u32>> = graph
+        .sides
+        .iter()
+        .zip(courses)
+        .map(|(side, course)| {
+            let inner = (1..course.len()).map(|_| fresh()).collect::<Vec<_>>();
+            [&side.ends[..1], &inner, &side.ends[1..]].concat()
+        })
+        .collect();
+    let (mut tiles, mut kinds, mut sheets) = (Vec::new(), Vec::new(), Vec::new());
+    for (patch, filling) in graph.patches.iter().zip(filled) {
+        let mut vertices = Vec::new();
+        for corner in &patch.corners {
+            let side = &along[corner.side as usize];
+            let mut side = side.clone();
+            if corner.reversed {
+                side.reverse();
+            }
+            vertices.extend_from_slice(&side[..side.len() - 1]);
+        }
+        vertices.rotate_left(filling.start);
+        if filling.slit > 0 {
+            let inner: Vec<u32> = (0..filling.slit).map(|_| fresh()).collect();
+            vertices.push(vertices[0]);
+            vertices.extend(&inner);
+            vertices.extend(inner.iter().rev().skip(1));
+        }
+        let outline = vertices.len();
+        let mut own: BTreeMap<Point, u32> = filling.boundary.points().iter().copied().zip(0..).collect();
+        let mut sheet_tiles = Vec::new();
+        for tile in &filling.tiling.tiles {
+            let corners = tile.corners().map(|corner| {
+                *own.entry(corner).or_insert_with(|| {
+                    vertices.push(fresh());
+                    vertices.len() as u32 - 1
+                })
+            });
+            let corners: Vec<u32> = corners.collect();
+            tiles.push(corners.iter().map(|&v| vertices[v as usize]).collect());
+            kinds.push(tile.kind);
+            sheet_tiles.push(corners);
+        }
+        sheets.push(Sheet { vertices, outline, slit: filling.slit, tiles: sheet_tiles });
+    }
+    Paving { steps, tiles, kinds, along, sheets, vertex_count: count as usize, relengthened, with_rhombi }
+}
+
+impl Sheet {
+    /// Places of the sheet's vertices when those on its outline are given: the harmonic map of its tiles. A slit has no
+    /// places of its own: its vertices are counted once, and found like those inside.
+    pub fn harmonic(&self, outline: &[DVec3]) -> Result<Vec<DVec3>, SurfaceError> {
+        let ring = if self.slit == 0 { self.outline } else { self.outline - 2 * self.slit };
+        // One unknown for each vertex of the result that is not on the ring.
+        let mut unknown: BTreeMap<u32, usize> = BTreeMap::new();
+        let is_given = |v: usize| v < ring || (self.slit > 0 && v == ring);
+        for (v, vertex) in self.vertices.iter().enumerate() {
+            if !is_given(v) {
+                let next = unknown.len();
+                unknown.entry(*vertex).or_insert(next);
+            }
+        }
+        let place = |v: usize| if v == ring && self.slit > 0 { outline[0] } else { outline[v] };
+        let mut places: Vec<DVec3> =
+            (0..self.vertices.len()).map(|v| if is_given(v) { place(v) } else { DVec3::ZERO }).collect();
+        if unknown.is_empty() {
+            return Ok(places);
+        }
+        let mut triplets = Vec::new();
+        let mut sides = vec![vec![0.0; unknown.len()]; 3];
+        for tile in &self.tiles {
+            let weight = if tile.len() == 3 { TRIANGLE_WEIGHT } else { SQUARE_WEIGHT };
+            for k in 0..tile.len() {
+                let ends = [tile[k] as usize, tile[(k + 1) % tile.len()] as usize];
+                for [v, w] in [ends, [ends[1], ends[0]]] {
+                    if is_given(v) {
+                        continue;
+                    }
+                    let i = unknown[&self.vertices[v]];
+                    triplets.push((i, i, weight));
+                    if is_given(w) {
+                        (0..3).for_each(|axis| sides[axis][i] += weight * places[w][axis]);
+                    } else if unknown[&self.vertices[w]] < i {
+                        triplets.push((i, unknown[&self.vertices[w]], -weight));
+                    }
+                }
+            }
+        }
+        Factor::new(unknown.len(), &triplets)?.solve_many(&mut sides)?;
+        for (v, place) in places.iter_mut().enumerate().filter(|(v, _)| !is_given(*v)) {
+            let i = unknown[&self.vertices[v]];
+            *place = DVec3::new(sides[0][i], sides[1][i], sides[2][i]);
+        }
+        Ok(places)
+    }
+}
+
+/// Points at equal steps along a polyline, both ends included.
+pub(super) fn at_equal_steps(points: &[DVec3], count: usize) -> Vec<DVec3> {
+    let mut walked = vec![0.0];
+    for w in points.windows(2) {
+        walked.push(walked[walked.len() - 1] + w[0].distance(w[1]));
+    }
+    let whole = walked[walked.len() - 1];
+    let mut segment = 0;
+    (0..=count)
+        .map(|k| {
+            let at = whole * k as f64 / count as f64;
+            while segment + 2 < walked.len() && walked[segment + 1] < at {
+                segment += 1;
+            }
+            let step = walked[segment + 1] - walked[segment];
+            let fraction = if step > 0.0 { ((at - walked[segment]) / step).clamp(0.0, 1.0) } else { 0.0 };
+            points[segment].lerp(points[segment + 1], fraction)
+        })
+        .collect()
+}
