@@ -14,6 +14,9 @@ use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// A count of panels this far from the one asked for is worth a word: a factor, as its logarithm.
+const NEAR_COUNT: f64 = 0.15;
+
 /// Adds the functions and the classes to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<SurfaceResult>()?;
@@ -136,7 +139,7 @@ fn tile_surface(
         Ok((made, schedule))
     })?;
     let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
-    to_result(py, edge_length, made, schedule)
+    to_result(py, size, made, schedule)
 }
 
 /// Either half of the work may fail.
@@ -212,7 +215,7 @@ fn schedule_exception(py: Python<'_>, error: &ScheduleError) -> PyErr {
     }
 }
 
-fn to_result(py: Python<'_>, asked: Option<f64>, made: SurfaceTiling, schedule: Inner) -> PyResult<SurfaceResult> {
+fn to_result(py: Python<'_>, asked: PanelSize, made: SurfaceTiling, schedule: Inner) -> PyResult<SurfaceResult> {
     let report = report(py, asked, &made, &schedule)?;
     Ok(SurfaceResult {
         edge_length: made.edge_length,
@@ -227,7 +230,7 @@ fn to_result(py: Python<'_>, asked: Option<f64>, made: SurfaceTiling, schedule: 
 
 fn report<'py>(
     py: Python<'py>,
-    asked: Option<f64>,
+    asked: PanelSize,
     made: &SurfaceTiling,
     schedule: &Inner,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -254,11 +257,17 @@ fn report<'py>(
     let seconds: BTreeMap<&str, f64> = made.stages.iter().map(|(stage, time)| (*stage, time.as_secs_f64())).collect();
     report.set_item("seconds", seconds)?;
     let mut warnings = Vec::new();
-    if asked.is_some_and(|asked| made.edge_length < asked * (1.0 - 1e-9)) {
-        warnings.push(format!(
+    match asked {
+        PanelSize::EdgeLength(length) if made.edge_length < length * (1.0 - 1e-9) => warnings.push(format!(
             "panels of the size asked for have no room on this surface; their edges are {:.4} long",
             made.edge_length
-        ));
+        )),
+        PanelSize::Count(count) if (schedule.panels.len() as f64 / f64::from(count)).ln().abs() > NEAR_COUNT => warnings
+            .push(format!(
+                "{count} panels were asked for and {} made: borders and followed edges leave no other size",
+                schedule.panels.len()
+            )),
+        _ => {}
     }
     if !made.turned.is_empty() {
         warnings.push(format!("{} panels are turned over; smaller panels may fit", made.turned.len()));
