@@ -18,7 +18,6 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 import bpy  # noqa: E402
-import numpy as np  # noqa: E402
 import pictures  # noqa: E402  (found through the line above)
 
 VIEW = (0.7, -1.0, 0.8)
@@ -51,7 +50,13 @@ def main() -> int:
 
 def draw(source: bpy.types.Object, count: int, studio: pictures.Studio, out: Path) -> None:
     """One surface by kind, random, and by each measure."""
-    for color_by, pattern in (("kind", "regular"), ("kind", "random"), ("type", "regular"), ("planarity", "regular"), ("area", "regular")):
+    for color_by, pattern in (
+        ("kind", "regular"),
+        ("kind", "random"),
+        ("type", "regular"),
+        ("planarity", "regular"),
+        ("area", "regular"),
+    ):
         for obj in bpy.context.selected_objects:
             obj.select_set(False)
         source.select_set(True)

@@ -224,7 +224,9 @@ def test_flattening_flattens_and_closeness_holds():
 
 
 def test_sharp_edges_of_a_box_are_followed():
-    mesh = quadloom.Mesh.from_polygons(CUBE, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    mesh = quadloom.Mesh.from_polygons(
+        CUBE, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    )
     for angle, expected in ((None, 12), (math.pi, 0)):
         options = {} if angle is None else {"feature_angle": angle}
         result = quadloom.tile_surface(mesh, target_panels=400, **options)
@@ -330,7 +332,7 @@ def test_a_bad_mesh_is_refused_with_its_code_and_elements(case):
 def test_sheets_that_touch_in_a_vertex_are_taken_apart():
     mesh = quadloom.Mesh.from_polygons([[0, 0, 0], [2, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0]], [[0, 1, 2], [0, 3, 4]])
     result = quadloom.tile_surface(mesh, 0.3)
-    points, faces = polygons(result.mesh)
+    _points, faces = polygons(result.mesh)
     assert max(edge_uses(faces).values()) == 1
     assert result.panels.area.sum() == pytest.approx(4, rel=1e-6)
 

@@ -13,6 +13,7 @@ mod errors;
 mod fit;
 mod mesh;
 mod retopology;
+mod schedule;
 mod surface;
 mod tiling;
 mod worker;
@@ -34,6 +35,7 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
     fit::register(module)?;
     retopology::register(module)?;
+    schedule::register(module)?;
     surface::register(module)?;
     tiling::register(module)
 }
