@@ -12,7 +12,7 @@ from bpy.props import StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from .. import bridge, messages, native, selection
-from ..properties import EXPORT_PANELS_OPTIONS, ExportPanelsOptions, export_panels_uses
+from ..tiling_options import EXPORT_PANELS_OPTIONS, ExportPanelsOptions, export_panels_uses
 
 # The first table goes into the file asked for, the others beside it.
 TABLES = ("panels", "types", "nodes", "edges")

@@ -17,7 +17,7 @@ from ..attributes import Array, Attribute, Snapshot
 from ..jobs import JobOperator
 from ..outline import OutlineError, Plane
 from ..patterns import Layout, Request
-from ..properties import TILE_CURVE_OPTIONS, TileCurveOptions, tile_curve_uses
+from ..tiling_options import TILE_CURVE_OPTIONS, TileCurveOptions, tile_curve_uses
 
 KIND, ORIENTATION = "tile_kind", "tile_orientation"
 

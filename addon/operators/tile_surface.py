@@ -16,7 +16,7 @@ from mathutils import Matrix
 from .. import attributes, bridge, features, materials, messages, native, selection
 from ..attributes import Array, Attribute, Snapshot
 from ..jobs import JobOperator
-from ..properties import TILE_SURFACE_OPTIONS, TileSurfaceOptions, tile_surface_uses
+from ..tiling_options import TILE_SURFACE_OPTIONS, TileSurfaceOptions, tile_surface_uses
 
 KIND, TYPE, PLANARITY, AREA, EDGE_CLASS = "tile_kind", "panel_type", "panel_planarity", "panel_area", "edge_class"
 WHEEL_OPTIONS = (

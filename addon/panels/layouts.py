@@ -12,9 +12,7 @@ import bpy
 PIXELS_A_LETTER = 8
 
 
-def sentences(
-    context: bpy.types.Context, layout: bpy.types.UILayout, texts: Iterable[str], *, icon: str = "NONE"
-) -> None:
+def sentences(context: bpy.types.Context, layout: bpy.types.UILayout, texts: Iterable[str], *, icon: str = "NONE") -> None:
     """Sentences one below another, wrapped to the width of the sidebar: labels do not wrap by themselves. The icon stands
     before the first line."""
     column = layout.column(align=True)

@@ -8,7 +8,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as translated
 
 from .. import jobs, selection
-from ..properties import TILE_CURVE_OPTIONS, tile_curve_uses
+from ..tiling_options import TILE_CURVE_OPTIONS, tile_curve_uses
 from . import layouts
 
 

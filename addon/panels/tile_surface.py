@@ -10,7 +10,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as translated
 
 from .. import features, jobs, selection
-from ..properties import TILE_SURFACE_OPTIONS, tile_surface_uses
+from ..tiling_options import TILE_SURFACE_OPTIONS, tile_surface_uses
 from . import layouts
 from .retopologize import marked_edges
 

@@ -545,9 +545,7 @@ class Tilings:
         group: "reflection" (in the axis with the most such tilings), a number n for n-fold rotation about the outline's
         centre, or a list of `symmetries` that must all hold."""
 
-def count_tilings(
-    code: ArrayLike, *, rhombi: int = 0, memory: int = 4294967296, progress: _Progress | None = None
-) -> int:
+def count_tilings(code: ArrayLike, *, rhombi: int = 0, memory: int = 4294967296, progress: _Progress | None = None) -> int:
     """Number of ways to tile an outline by triangles and squares with unit edges; exact, of any size.
 
     code: interior angles in units of 30 degrees, 2 to 11, counter-clockwise, of a closed simple polygon with unit edges.
@@ -575,9 +573,7 @@ def find_tiling(
 def explain_boundary(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> Boundary:
     """Says whether a boundary code closes, is simple and can be tiled; and if not, why not. Any code gets an answer."""
 
-def repair_boundary(
-    code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None
-) -> _Indices | None:
+def repair_boundary(code: ArrayLike, *, memory: int = 4294967296, progress: _Progress | None = None) -> _Indices | None:
     """The nearest boundary code that can be tiled: the fewest exchanges of neighbouring edges, each of which adds or removes
     a rhombus of 30 degrees at the border; the code itself when it can be tiled. None when few exchanges do not help."""
 

@@ -17,7 +17,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import quadloom
-from meshes import ROOT, polygons, shipped
+from meshes import ROOT, polygons
 
 # A border is as near to the surface's as this part of an edge.
 BORDER = 0.05
@@ -69,12 +69,23 @@ def sphere() -> quadloom.Mesh:
     return quadloom.Mesh.from_polygons(points, faces)
 
 
+def torus() -> quadloom.Mesh:
+    """Closed, of genus one."""
+    n, m = 40, 16
+    angle, around = math.tau * np.arange(n) / n, math.tau * np.arange(m) / m
+    radius = 2 + 0.7 * np.cos(around)
+    points = [(r * math.cos(a), r * math.sin(a), 0.7 * math.sin(b)) for a in angle for r, b in zip(radius, around, strict=True)]
+    at = lambda i, j: (i % n) * m + j % m  # noqa: E731
+    faces = [[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)] for i in range(n) for j in range(m)]
+    return quadloom.Mesh.from_polygons(points, faces)
+
+
 SURFACES = {
     "dome": (lambda: grid(14, 14, dome), 400),
     "saddle": (lambda: grid(14, 14, saddle), 400),
     "tower": (lambda: grid(40, 30, tower, around=True), 600),
     "sphere": (sphere, 500),
-    "torus": (lambda: shipped("osd_torus"), 500),
+    "torus": (torus, 500),
 }
 
 
@@ -190,6 +201,17 @@ def test_the_edge_length_is_that_of_the_edges():
         assert result.report["edge_length_mean"] == pytest.approx(length, rel=0.1)
 
 
+def test_a_count_that_cannot_be_met_is_said():
+    fine = quadloom.tile_surface(grid(10, 10, dome), target_panels=300)
+    assert fine.report["warnings"] == []
+    # Every face of the surface has lines all round that panels have to end at.
+    mesh = grid(10, 10, dome)
+    every = np.unique(np.sort([(f[k], f[(k + 1) % 4]) for f in polygons(mesh)[1] for k in range(4)], axis=1), axis=0)
+    result = quadloom.tile_surface(mesh, None, every, target_panels=20)
+    assert len(result.panels) > 60
+    assert any("20 panels" in warning for warning in result.report["warnings"])
+
+
 def test_flattening_flattens_and_closeness_holds():
     def made(**options) -> tuple[float, float]:
         result = quadloom.tile_surface(grid(24, 24, saddle), 0.35, **options)
@@ -202,7 +224,9 @@ def test_flattening_flattens_and_closeness_holds():
 
 
 def test_sharp_edges_of_a_box_are_followed():
-    mesh = quadloom.Mesh.from_polygons(CUBE, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    mesh = quadloom.Mesh.from_polygons(
+        CUBE, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    )
     for angle, expected in ((None, 12), (math.pi, 0)):
         options = {} if angle is None else {"feature_angle": angle}
         result = quadloom.tile_surface(mesh, target_panels=400, **options)
@@ -308,7 +332,7 @@ def test_a_bad_mesh_is_refused_with_its_code_and_elements(case):
 def test_sheets_that_touch_in_a_vertex_are_taken_apart():
     mesh = quadloom.Mesh.from_polygons([[0, 0, 0], [2, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0]], [[0, 1, 2], [0, 3, 4]])
     result = quadloom.tile_surface(mesh, 0.3)
-    points, faces = polygons(result.mesh)
+    _points, faces = polygons(result.mesh)
     assert max(edge_uses(faces).values()) == 1
     assert result.panels.area.sum() == pytest.approx(4, rel=1e-6)
 

@@ -108,7 +108,9 @@ def test_faces_carry_kind_type_planarity_and_area():
     assert len({(kind, number) for kind, number in zip(types.tolist(), kinds.tolist(), strict=True)}) == types.max() + 1
 
 
-@pytest.mark.parametrize(("color_by", "names"), [("kind", "Panels"), ("type", "Panel Type"), ("planarity", "Planarity"), ("area", "Panel Area")])
+@pytest.mark.parametrize(
+    ("color_by", "names"), [("kind", "Panels"), ("type", "Panel Type"), ("planarity", "Planarity"), ("area", "Panel Area")]
+)
 def test_materials_show_what_was_asked_for(color_by, names):
     sheet()
     made = tile(color_by=color_by, type_tolerance=0.05)
@@ -263,7 +265,9 @@ def test_cancels_the_library_in_time(module):
 
 QUAD = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 BAD_MESHES = {
-    "three faces at an edge": ([*QUAD, (0, 0, 1), (1, 0, 1)], [[0, 1, 2, 3], [1, 0, 4, 5], [0, 1, 4]], "more than two faces", {0, 1}),
+    "three faces at an edge": (
+        [*QUAD, (0, 0, 1), (1, 0, 1)], [[0, 1, 2, 3], [1, 0, 4, 5], [0, 1, 4]], "more than two faces", {0, 1}
+    ),
     "opposite faces": ([*QUAD, (0, -1, 0), (1, -1, 0)], [[0, 1, 2, 3], [0, 1, 5, 4]], "point opposite ways", {0, 1}),
     "no area": ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [[0, 1, 2]], "no area", {0, 1, 2}),
     "not a number": ([(0, 0, 0), (1, 0, 0), (0, float("nan"), 0)], [[0, 1, 2]], "not a number", {2}),
@@ -343,7 +347,12 @@ def test_csv_files_hold_panels_types_nodes_and_edges_in_world_units(tmp_path):
     assert {row["type"]: row["count"] for row in rows["wall_types"]} == {"T1": "1", "Q1": "2"}
     assert len(rows["wall_nodes"]) == 7
     assert len(rows["wall_edges"]) == 9
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["wall.csv", "wall_edges.csv", "wall_nodes.csv", "wall_types.csv"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "wall.csv",
+        "wall_edges.csv",
+        "wall_nodes.csv",
+        "wall_types.csv",
+    ]
 
 
 def test_json_holds_all_of_it(tmp_path):

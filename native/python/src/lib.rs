@@ -15,6 +15,7 @@ mod mesh;
 mod retopology;
 mod retopology_options;
 mod session;
+mod schedule;
 mod surface;
 mod tiling;
 mod worker;
@@ -37,6 +38,7 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     fit::register(module)?;
     retopology::register(module)?;
     session::register(module)?;
+    schedule::register(module)?;
     surface::register(module)?;
     tiling::register(module)
 }
