@@ -73,6 +73,7 @@ def main(arguments: list[str]) -> int:
     size = tile_surface.add_mutually_exclusive_group()
     size.add_argument("--panel-count", type=int, default=1000, metavar="COUNT", help="about how many panels")
     size.add_argument("--panel-size", type=float, help="length of their edges instead, scene units")
+    tile_surface.add_argument("--partition", choices=["even", "patches"], default="even", help="how the surface is divided")
     tile_surface.add_argument("--pattern", choices=["regular", "random"], default="regular")
     tile_surface.add_argument("--seed", type=int, default=0)
     tile_surface.add_argument("--no-detect", dest="detect", action="store_false", help="do not follow sharp edges")
@@ -111,7 +112,7 @@ def main(arguments: list[str]) -> int:
             _select([_load(given.mesh)])
             bpy.ops.quadloom.retopologize(hide_input=True, **options)
         elif given.verb == "tile-surface":
-            names = ("panel_count", "pattern", "seed", "detect", "shaping_rounds", "flattening_rounds", "closeness")
+            names = ("panel_count", "partition", "pattern", "seed", "detect", "shaping_rounds", "flattening_rounds", "closeness")
             options = {name: getattr(given, name) for name in (*names, "color_by", "type_tolerance", "mirror")}
             options |= {source: source in given.features for source in SOURCES}
             if given.panel_size is not None:

@@ -136,6 +136,18 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
         subtype="DISTANCE",
         unit="LENGTH",
     )
+    partition: EnumProperty(
+        name="Layout",
+        description="How the surface is divided before it is tiled",
+        items=[
+            ("even", "Even", "Irregular nodes spread evenly over the surface"),
+            ("patches", "Patches", "Large patches that are flat in themselves; irregular nodes where the surface curves"),
+        ],
+        default="even",
+    )
+    show_patches: BoolProperty(
+        name="Patch Graph", description="Add the borders of the patches as another object", default=False
+    )
     pattern: EnumProperty(
         name="Pattern",
         description="Which of the many tilings of the surface to take",
@@ -226,8 +238,10 @@ def tile_surface_uses(options: TileSurfaceOptions, name: str) -> bool:
     """Whether an option has a say."""
     if name in {"panel_count", "panel_size"}:
         return options.size_by == ("count" if name == "panel_count" else "edge_length")
+    if name == "show_patches":
+        return options.partition == "patches"
     if name in {"seed", "patch_panels"}:
-        return options.pattern == "random"
+        return options.pattern == "random" and (name == "seed" or options.partition == "even")
     if name == "closeness":
         return options.flattening_rounds > 0
     return name != "detect_angle" or options.detect

@@ -19,8 +19,9 @@ from ..jobs import JobOperator
 from ..tiling_options import TILE_SURFACE_OPTIONS, TileSurfaceOptions, tile_surface_uses
 
 KIND, TYPE, PLANARITY, AREA, EDGE_CLASS = "tile_kind", "panel_type", "panel_planarity", "panel_area", "edge_class"
+DEFECT = "angle_defect"
 WHEEL_OPTIONS = (
-    "pattern", "seed", "patch_panels", "corner_angle", "shaping_rounds", "flattening_rounds", "closeness", "mirror"
+    "partition", "pattern", "seed", "patch_panels", "corner_angle", "shaping_rounds", "flattening_rounds", "closeness", "mirror"
 )  # fmt: skip
 
 
@@ -42,7 +43,8 @@ class Task:
         """The panels, measured in the world. Touches no bpy."""
         edges = features.feature_edges(self.mesh, self.sources)
         result = native.tile_surface(self.mesh.transformed(self.shape), edges, progress=progress, **self.options)
-        return Outcome(_snapshot(result), result.panels, len(edges), result.report)
+        graph = result.patch_graph
+        return Outcome(_snapshot(result), result.panels, graph and _patch_graph(graph), len(edges), result.report)
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ class Outcome:
 
     mesh: Snapshot
     schedule: Any
+    patches: Snapshot | None
+    """Borders of the patches as chains of edges, if there are patches."""
     marked: int
     """Edges that were followed because they are marked."""
     report: dict[str, Any]
@@ -135,6 +139,11 @@ class QUADLOOM_OT_tile_surface(TileSurfaceOptions, JobOperator, bpy.types.Operat
         report = {**outcome.report, "marked_edges": outcome.marked, "summary": summary(outcome.report)}
         made["quadloom_report"] = json.dumps(report)
         context.collection.objects.link(made)
+        if self.show_patches and outcome.patches is not None:
+            name = translated("{name} Patches").format(name=source.name)
+            graph = bpy.data.objects.new(name, bridge.write(name, outcome.patches))
+            graph.matrix_world = made.matrix_world
+            context.collection.objects.link(graph)
         for obj in context.selected_objects:
             obj.select_set(False)
         made.select_set(True)
@@ -171,6 +180,31 @@ def _snapshot(result: Any) -> Snapshot:
             AREA: Attribute("FACE", "FLOAT", column(schedule.area, np.float32)),
             EDGE_CLASS: Attribute("EDGE", "INT", column(schedule.edge_classes, np.int32)),
         },
+    )
+
+
+def _patch_graph(graph: Any) -> Snapshot:
+    """The sides of the patches as chains of edges; each node knows its curvature."""
+    offsets, ends = graph.side_offsets, graph.side_nodes
+    node_count, sizes = len(graph.nodes), np.diff(graph.side_offsets)
+    # Nodes come first; of each side only the points between its ends are vertices of their own.
+    is_end = np.zeros(len(graph.side_points), bool)
+    is_end[offsets[:-1]] = is_end[offsets[1:] - 1] = True
+    index = np.empty(len(is_end), np.int32)
+    index[~is_end] = node_count + np.arange(np.count_nonzero(~is_end))
+    index[offsets[:-1]], index[offsets[1:] - 1] = ends[:, 0], ends[:, 1]
+    begins = np.ones(len(index), bool)
+    begins[np.cumsum(sizes) - 1] = False
+    begins = np.flatnonzero(begins)
+    positions = np.concatenate([graph.nodes, graph.side_points[~is_end]])
+    defects = np.zeros(len(positions), np.int32)
+    defects[:node_count] = graph.defects
+    return Snapshot(
+        positions=positions,
+        edges=np.stack([index[begins], index[begins + 1]], axis=1).astype(np.int32),
+        face_offsets=np.zeros(1, np.int32),
+        corner_verts=np.zeros(0, np.int32),
+        attributes={DEFECT: Attribute("POINT", "INT", defects[:, None])},
     )
 
 

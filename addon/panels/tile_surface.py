@@ -14,7 +14,7 @@ from ..tiling_options import TILE_SURFACE_OPTIONS, tile_surface_uses
 from . import layouts
 from .retopologize import marked_edges
 
-MAIN_OPTIONS = ("size_by", "panel_count", "panel_size", "pattern", "seed", "color_by")
+MAIN_OPTIONS = ("size_by", "panel_count", "panel_size", "partition", "show_patches", "pattern", "seed", "color_by")
 
 
 class QUADLOOM_PT_tile_surface(bpy.types.Panel):

@@ -20,6 +20,7 @@ __all__ = [
     "InternalError",
     "InvalidMeshError",
     "Mesh",
+    "PatchGraph",
     "QuadloomError",
     "RetopologyResult",
     "RetopologySession",
@@ -742,8 +743,43 @@ class SurfaceResult:
     def turned_faces(self) -> _Indices:
         """(N,) panels with a corner that faces away from the surface: none but where no size had room."""
     @property
+    def patch_graph(self) -> PatchGraph | None:
+        """The patches of partition="patches"; None where none were asked for or found."""
+    @property
     def report(self) -> dict[str, Any]:
         """What was done: counts, quality, seconds a stage, warnings."""
+
+@final
+class PatchGraph:
+    """The patches that a surface was divided into: disks that can be laid flat, with corners at multiples of 30 degrees."""
+
+    @property
+    def nodes(self) -> _Floats:
+        """(N, 3) where sides end, scene units."""
+    @property
+    def defects(self) -> _Indices:
+        """(N,) the curvature at each node in units of 30 degrees: 12 less the c-indices there, on the border 6 less them."""
+    @property
+    def side_offsets(self) -> _Indices:
+        """(S + 1,) where the points of each side begin in `side_points`, and their number."""
+    @property
+    def side_points(self) -> _Floats:
+        """(P, 3) the sides as polylines on the surface, both ends included; scene units."""
+    @property
+    def side_nodes(self) -> _Indices:
+        """(S, 2) the nodes where each side begins and ends."""
+    @property
+    def patch_offsets(self) -> _Indices:
+        """(F + 1,) where the corners of each patch begin, and their number."""
+    @property
+    def corner_nodes(self) -> _Indices:
+        """(C,) the node at each corner, counter-clockwise about its patch."""
+    @property
+    def c_indices(self) -> _Indices:
+        """(C,) the interior angle at each corner in units of 30 degrees; 6 where the border passes a node straight."""
+    @property
+    def corner_sides(self) -> _Indices:
+        """(C,) the side that leaves each corner."""
 
 def tile_surface(
     mesh: Mesh,
@@ -751,6 +787,8 @@ def tile_surface(
     feature_edges: ArrayLike | None = None,
     *,
     target_panels: int = 1000,
+    partition: Literal["even", "patches"] = "even",
+    corners: ArrayLike | None = None,
     pattern: Literal["regular", "random"] = "regular",
     seed: int = 0,
     patch_panels: int = 40,
@@ -769,6 +807,9 @@ def tile_surface(
     edge_length: of the panels, scene units, above 0; None for about `target_panels` panels.
     feature_edges: (E, 2) vertex pairs, edges of faces that edges of panels follow; None for none.
     target_panels: about how many panels, 1 to 2,000,000, when there is no edge_length.
+    partition: "even" spreads irregular vertices evenly and always succeeds; "patches" divides the surface into large patches
+        that are flat in themselves, as the paper does; where none are found the report says so and the panels are even.
+    corners: (N, 2) border vertices and their c-indices, 2 to 10, instead of those nearest to their angles; patches only.
     pattern: "regular", as periodic as the surface allows, or "random", drawn anew patch by patch.
     seed: of the random pattern; the same seed gives the same panels.
     patch_panels: panels of a patch of the random pattern, 12 to 200: more of them leave fewer traces of the regular one.

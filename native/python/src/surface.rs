@@ -3,11 +3,12 @@
 use crate::arrays;
 use crate::errors::{self, InternalError, InvalidMeshError, QuadloomError};
 use crate::mesh::Mesh;
+use crate::patch_graph::PatchGraph;
 use crate::schedule::{self, Schedule};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    Fill, PanelSize, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polygons,
+    Fill, PanelSize, Partition, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polygons,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -21,6 +22,7 @@ const NEAR_COUNT: f64 = 0.15;
 /// Adds the function and the class to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<SurfaceResult>()?;
+    module.add_class::<PatchGraph>()?;
     module.add_function(wrap_pyfunction!(tile_surface, module)?)
 }
 
@@ -39,6 +41,8 @@ struct SurfaceResult {
     defects: Py<PyArray1<i32>>,
     /// (N,) int32: panels with a corner that faces away from the surface: none but where no size had room.
     turned_faces: Py<PyArray1<i32>>,
+    /// The patches of `partition="patches"`; None where none were asked for or found.
+    patch_graph: Option<Py<PatchGraph>>,
     /// What was done: counts, quality, seconds a stage, warnings.
     report: Py<PyAny>,
 }
@@ -51,6 +55,11 @@ struct SurfaceResult {
 /// edge_length: of the panels, scene units, above 0; None for about `target_panels` panels.
 /// feature_edges: (E, 2) vertex pairs, edges of faces that edges of panels follow; None for none.
 /// target_panels: about how many panels, 1 to 2,000,000, when there is no edge_length.
+/// partition: "even" spreads irregular vertices evenly, by expanding a coarse triangulation, and always succeeds; "patches"
+///     divides the surface into large patches that are flat in themselves, with irregular vertices where it curves, as the
+///     paper does; where no such patches are found the report says so and the panels are even.
+/// corners: (N, 2) ints, border vertices and their c-indices (interior angles in units of 30 degrees, 2 to 10), instead of
+///     those nearest to their angles; for patches only. None for none.
 /// pattern: "regular", as periodic as the surface allows, or "random", drawn anew patch by patch.
 /// seed: of the random pattern; the same seed gives the same panels.
 /// patch_panels: panels of a patch of the random pattern, 12 to 200: more of them leave fewer traces of the regular one.
@@ -69,8 +78,8 @@ struct SurfaceResult {
 /// result. After C.-H. Peng et al., Designing patterns using triangle-quad hybrid meshes, ACM TOG 37(4), 2018, section 4.
 #[pyfunction]
 #[pyo3(signature = (
-    mesh, edge_length = None, feature_edges = None, *, target_panels = 1000, pattern = "regular", seed = 0,
-    patch_panels = 40, feature_angle = 0.872_664_625_997_164_8, corner_angle = 0.523_598_775_598_298_9,
+    mesh, edge_length = None, feature_edges = None, *, target_panels = 1000, partition = "even", corners = None,
+    pattern = "regular", seed = 0, patch_panels = 40, feature_angle = 0.872_664_625_997_164_8, corner_angle = std::f64::consts::FRAC_PI_6,
     shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, type_tolerance = None, mirror = false, progress = None
 ))]
 // One Python keyword each: the signature is the interface.
@@ -81,6 +90,8 @@ fn tile_surface(
     edge_length: Option<f64>,
     feature_edges: Option<Bound<'_, PyAny>>,
     target_panels: i64,
+    partition: &str,
+    corners: Option<Bound<'_, PyAny>>,
     pattern: &str,
     seed: u64,
     patch_panels: i64,
@@ -115,6 +126,19 @@ fn tile_surface(
         "random" => Fill::Random { seed, patch_panels: within("patch_panels", patch_panels, 12..=200)? as usize },
         _ => return Err(bad_option(format!("pattern is \"{pattern}\"; it must be one of: regular, random"))),
     };
+    let partition = match partition {
+        "even" => Partition::Expansion,
+        "patches" => Partition::Paper,
+        _ => return Err(bad_option(format!("partition is \"{partition}\"; it must be one of: even, patches"))),
+    };
+    let corners = corners.map_or(Ok(vec![]), |given| arrays::pairs(&given, "corners")).map_err(bad_option)?;
+    let vertex_count = mesh.get().inner.vertex_count();
+    if let Some([vertex, c_index]) = corners.iter().find(|[v, c]| *v as usize >= vertex_count || !(2..=10).contains(c))
+    {
+        return Err(bad_option(format!(
+            "corners has the vertex {vertex} with the c-index {c_index}; vertices must be below {vertex_count} and c-indices 2 to 10"
+        )));
+    }
     let size = match edge_length {
         Some(length) => PanelSize::EdgeLength(length),
         None => PanelSize::Count(within("target_panels", target_panels, 1..=2_000_000)? as u32),
@@ -123,6 +147,8 @@ fn tile_surface(
         marked_edges: features.map_err(bad_option)?,
         feature_angle: angle("feature_angle", feature_angle)?,
         corner_angle: angle("corner_angle", corner_angle)?,
+        partition,
+        corners: corners.into_iter().map(|[vertex, c_index]| (vertex, c_index as u8)).collect(),
         fill,
         shape: ShapeOptions {
             rounds: within("shaping_rounds", shaping_rounds, 0..=1000)? as usize,
@@ -138,7 +164,7 @@ fn tile_surface(
         Ok((made, schedule))
     })?;
     let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
-    to_result(py, size, made, schedule)
+    to_result(py, size, partition, made, schedule)
 }
 
 /// Either half of the work may fail.
@@ -195,8 +221,15 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
     }
 }
 
-fn to_result(py: Python<'_>, asked: PanelSize, made: SurfaceTiling, schedule: Inner) -> PyResult<SurfaceResult> {
-    let report = report(py, asked, &made, &schedule)?;
+fn to_result(
+    py: Python<'_>,
+    asked: PanelSize,
+    partition: Partition,
+    made: SurfaceTiling,
+    schedule: Inner,
+) -> PyResult<SurfaceResult> {
+    let report = report(py, asked, partition, &made, &schedule)?;
+    let graph = made.patch_graph.as_ref().map(|graph| Py::new(py, PatchGraph::new(py, graph)?)).transpose()?;
     Ok(SurfaceResult {
         edge_length: made.edge_length,
         irregular_verts: PyArray1::from_iter(py, made.defects.iter().map(|&(v, _)| v as i32)).unbind(),
@@ -204,6 +237,7 @@ fn to_result(py: Python<'_>, asked: PanelSize, made: SurfaceTiling, schedule: In
         turned_faces: arrays::index_array(py, &made.turned).unbind(),
         mesh: Py::new(py, Mesh::from(made.mesh))?,
         panels: Py::new(py, Schedule::from(schedule))?,
+        patch_graph: graph,
         report: report.into_any().unbind(),
     })
 }
@@ -211,6 +245,7 @@ fn to_result(py: Python<'_>, asked: PanelSize, made: SurfaceTiling, schedule: In
 fn report<'py>(
     py: Python<'py>,
     asked: PanelSize,
+    partition: Partition,
     made: &SurfaceTiling,
     schedule: &Inner,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -232,7 +267,10 @@ fn report<'py>(
     report.set_item("planarity_max", quads.iter().copied().fold(0.0, f64::max))?;
     report.set_item("irregular_vertices", made.defects.len())?;
     report.set_item("interior_vertices", made.interior_vertices)?;
-    report.set_item("patches", made.patches)?;
+    report.set_item("patches", made.patch_graph.as_ref().map(|graph| graph.patches.len()))?;
+    report.set_item("relengthened_patches", &made.relengthened_patches)?;
+    report.set_item("patches_with_rhombi", &made.patches_with_rhombi)?;
+    report.set_item("filled_patches", made.patches)?;
     report.set_item("changed_patches", made.changed_patches)?;
     let seconds: BTreeMap<&str, f64> = made.stages.iter().map(|(stage, time)| (*stage, time.as_secs_f64())).collect();
     report.set_item("seconds", seconds)?;
@@ -242,12 +280,22 @@ fn report<'py>(
             "panels of the size asked for have no room on this surface; their edges are {:.4} long",
             made.edge_length
         )),
-        PanelSize::Count(count) if (schedule.panels.len() as f64 / f64::from(count)).ln().abs() > NEAR_COUNT => warnings
-            .push(format!(
+        PanelSize::Count(count) if (schedule.panels.len() as f64 / f64::from(count)).ln().abs() > NEAR_COUNT => {
+            warnings.push(format!(
                 "{count} panels were asked for and {} made: borders and followed edges leave no other size",
                 schedule.panels.len()
-            )),
+            ))
+        }
         _ => {}
+    }
+    if partition == Partition::Paper && made.patch_graph.is_none() {
+        warnings.push("no patches were found that close at this size: the panels are even instead".to_owned());
+    }
+    if !made.patches_with_rhombi.is_empty() {
+        warnings.push(format!(
+            "{} patches have no tiling without thin rhombi, and got some",
+            made.patches_with_rhombi.len()
+        ));
     }
     if !made.turned.is_empty() {
         warnings.push(format!("{} panels are turned over; smaller panels may fit", made.turned.len()));

@@ -119,11 +119,7 @@ impl Workpiece {
         for (k, base_options) in tries.iter().enumerate() {
             monitor.within(part(k), part(k + 1), || -> Result<(), RetopologizeError> {
                 let session = Session::new(input.mesh.clone(), features.clone(), base_options.clone(), monitor)?;
-                let score = if tries.len() == 1 {
-                    0.0
-                } else {
-                    coarse::score(&laid(&session, &layout, monitor)?)
-                };
+                let score = if tries.len() == 1 { 0.0 } else { coarse::score(&laid(&session, &layout, monitor)?) };
                 if best.as_ref().is_none_or(|(least, _)| score < *least) {
                     best = Some((score, session));
                 }
@@ -222,11 +218,7 @@ impl Workpiece {
 }
 
 /// Quads over the base of a session.
-fn laid(
-    session: &Session,
-    layout: &LayoutOptions,
-    monitor: &Monitor,
-) -> Result<Quads, RetopologizeError> {
+fn laid(session: &Session, layout: &LayoutOptions, monitor: &Monitor) -> Result<Quads, RetopologizeError> {
     let (base, network) = (session.base(), session.network());
     // Marked vertices, and the corners that the caller's angle makes.
     let stays = |v: &u32| network.corners.binary_search(v).is_ok() || network.points.binary_search(v).is_ok();

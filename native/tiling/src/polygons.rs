@@ -2,7 +2,7 @@
 //! size become triangles, and the surface is tiled about the origin at about unit size, so that no place and no scale of the
 //! scene matters.
 
-use crate::surface::{Fill, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+use crate::surface::{Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
 use ::surface::inspect::{Fault, inspect};
 use ::surface::triangulate::triangulate;
 use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
@@ -102,7 +102,8 @@ fn edge_length_of(
 ) -> Result<f64, SurfaceError> {
     let area: f64 = (0..surface.triangles.len()).map(|t| surface.area_normal(t).length() / 2.0).sum();
     let shape = ShapeOptions { rounds: 0, flattening_rounds: 0, ..options.shape };
-    let quick = SurfaceOptions { fill: Fill::Regular, shape, ..options.clone() };
+    // A partition into patches would take long, and makes about as many.
+    let quick = SurfaceOptions { fill: Fill::Regular, shape, partition: Partition::Expansion, ..options.clone() };
     let mut length = (area / (MEAN_PANEL_AREA * f64::from(count))).sqrt();
     let mut best = (f64::INFINITY, length);
     for correction in 0..CORRECTIONS {
@@ -146,6 +147,12 @@ impl Place {
             panel.edges.iter_mut().for_each(|length| *length *= self.scale);
         }
         made.edge_length *= self.scale;
+        if let Some(graph) = &mut made.patch_graph {
+            let points = graph.sides.iter_mut().flat_map(|side| &mut side.points);
+            for p in points.chain(&mut graph.nodes) {
+                *p = *p * self.scale + self.origin;
+            }
+        }
         made
     }
 
