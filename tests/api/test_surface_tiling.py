@@ -148,6 +148,38 @@ def test_a_surface_becomes_panels_with_its_topology_and_border(name, pattern):
     assert result.report["planarity_mean"] < 0.02
 
 
+@pytest.mark.parametrize("name", SURFACES)
+def test_patches_are_flat_disks_and_the_curvature_is_at_their_corners(name):
+    make, count = SURFACES[name]
+    mesh = make()
+    result = quadloom.tile_surface(mesh, target_panels=count, partition="patches")
+    check_result(mesh, result)
+    graph = result.patch_graph
+    assert graph is not None, result.report["warnings"]
+    assert result.report["patches"] == len(graph.patch_offsets) - 1
+    for begin, end in itertools.pairwise(graph.patch_offsets):
+        # The turns at the corners add up to a full one.
+        assert (6 - graph.c_indices[begin:end]).sum() == 12
+        nodes, sides = graph.corner_nodes[begin:end], graph.corner_sides[begin:end]
+        for node, after, side in zip(nodes, np.roll(nodes, -1), sides, strict=True):
+            assert sorted(graph.side_nodes[side]) == sorted([node, after])
+    assert graph.defects.sum() == 12 * euler(*polygons(mesh))
+    assert set(Counter(graph.corner_sides.tolist()).values()) <= {1, 2}
+    for (begin, end), ends in zip(itertools.pairwise(graph.side_offsets), graph.side_nodes, strict=True):
+        assert np.allclose(graph.side_points[[begin, end - 1]], graph.nodes[ends], atol=1e-9)
+
+
+def test_given_corners_are_corners_of_patches():
+    mesh = grid(12, 12, dome)
+    # A border vertex in the middle of a side, made a right angle.
+    middle = 6
+    result = quadloom.tile_surface(mesh, target_panels=300, partition="patches", corners=[[middle, 3]])
+    check_result(mesh, result)
+    at = np.linalg.norm(result.patch_graph.nodes - mesh.positions[middle], axis=1).argmin()
+    assert np.allclose(result.patch_graph.nodes[at], mesh.positions[middle], atol=1e-6)
+    assert result.patch_graph.defects[at] == 3
+
+
 def measured(points: np.ndarray, faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Deviation, planarity and area by ways of their own: for quads the distance of the diagonals as lines."""
     deviation, planarity, area = [], [], []
@@ -342,7 +374,7 @@ def test_sheets_that_touch_in_a_vertex_are_taken_apart():
     [
         {"edge_length": 0.0}, {"edge_length": -1.0}, {"edge_length": math.nan}, {"edge_length": 1e-7}, {"target_panels": 0},
         {"target_panels": 10**9}, {"pattern": "pretty"}, {"pattern": "random", "patch_panels": 3}, {"closeness": 0.0},
-        {"feature_angle": -0.1}, {"corner_angle": 4.0}, {"shaping_rounds": -1}, {"flattening_rounds": 5000},
+        {"partition": "none"}, {"corners": [[0, 12]]}, {"corners": [[999, 3]]}, {"feature_angle": -0.1}, {"corner_angle": 4.0}, {"shaping_rounds": -1}, {"flattening_rounds": 5000},
         {"type_tolerance": 0.0}, {"type_tolerance": math.nan}, {"feature_edges": [[0, 1, 2]]}, {"feature_edges": "x"},
     ],
 )  # fmt: skip

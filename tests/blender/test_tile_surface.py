@@ -77,6 +77,20 @@ def test_a_roof_becomes_panels_whose_border_is_the_roofs(pattern):
     assert (len(bpy.data.objects), len(bpy.data.meshes)) == (2, 2), "no leftovers"
 
 
+def test_patches_come_as_a_second_object():
+    source = sheet()
+    made = tile(partition="patches", show_patches=True)
+    check_panels(made, 1)
+    assert report(made)["patches"] >= 1
+    graph = bpy.data.objects[f"{source.name} Patches"]
+    assert len(graph.data.polygons) == 0
+    # The curvature of a disk.
+    assert sum(item.value for item in graph.data.attributes["angle_defect"].data) == 12
+    uses = np.bincount(np.array([edge.vertices for edge in graph.data.edges]).ravel(), minlength=len(graph.data.vertices))
+    assert uses.min() >= 2, "a side ends in the open"
+    assert bpy.context.active_object == made
+
+
 def test_a_ball_becomes_closed_panels():
     shapes.choose(shapes.add("Ball", shapes.ball(8)))
     made = tile(hide_input=False)
