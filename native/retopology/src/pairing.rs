@@ -204,7 +204,8 @@ fn candidates(
                 if forced.iter().any(|pair| pair.contains(&group[0])) {
                     return !has_straight;
                 }
-                (choice.cost <= MOST_COST * off_four && (straight_corners || !has_straight)) || (single && !has_straight)
+                (choice.cost <= MOST_COST * off_four && (straight_corners || !has_straight))
+                    || (single && !has_straight)
             };
             found.extend(variants(base, measures, &rim, group, off_four).into_iter().filter(useful));
         }
