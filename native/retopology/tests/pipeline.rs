@@ -1,0 +1,72 @@
+//! The whole way to quads on generated surfaces, judged from the definitions.
+
+use mesh::{DVec3, Monitor, PolygonMesh, Topology, scaled_jacobian};
+use rayon::prelude::*;
+use retopology::{Options, Size, retopologize};
+use testkit::oracle;
+use testkit::random::Random;
+
+mod generated;
+use generated::{marked_shape, punched_block, sharp};
+
+/// Meshes generated; more by hand with `QUADLOOM_MESHES`.
+const MESHES: u64 = 200;
+
+/// What the quads owe to any surface: `Err` says what does not hold; else the quads that are turned over.
+fn judge(mesh: &PolygonMesh, made: &PolygonMesh) -> Result<usize, String> {
+    let check = |holds: bool, what: &str| if holds { Ok(()) } else { Err(what.to_owned()) };
+    check(made.is_pure_quad(), "all faces are quads")?;
+    check(oracle::euler(made) == oracle::euler(mesh), "Euler characteristic")?;
+    check(oracle::components(made) == oracle::components(mesh), "components")?;
+    let borders = |mesh: &PolygonMesh| Topology::of(mesh).border_loops().len();
+    check(borders(made) == borders(mesh), "borders")?;
+    let defects = mesh::check(made, &Monitor::new()).map_err(|error| error.to_string())?;
+    check(defects.manifold(), "manifold")?;
+    let edges = (0..made.face_count()).flat_map(|f| {
+        let p: Vec<DVec3> = made.face_points(f).collect();
+        (0..4).map(move |k| p[k].distance(p[(k + 1) % 4]))
+    });
+    check(edges.fold(f64::INFINITY, f64::min) > 0.0, "no edge of no length")?;
+    let turned = |f: &usize| {
+        let p: Vec<DVec3> = made.face_points(*f).collect();
+        scaled_jacobian([p[0], p[1], p[2], p[3]]) <= 0.0
+    };
+    Ok((0..made.face_count()).filter(turned).count())
+}
+
+#[test]
+fn generated_surfaces_become_valid_quads() {
+    let meshes = std::env::var("QUADLOOM_MESHES").map_or(MESHES, |count| count.parse().expect("a number"));
+    let run = |seed: u64| {
+        let mut random = Random::new(seed);
+        let (kind, n, marks) = (seed as u32 % 5, 1 + (seed / 5) as i32 % 3, (seed / 15) as u32 % 3);
+        let rough = random.between(0.0, 0.2);
+        let (mesh, features) = marked_shape(kind, n, marks, rough, &mut random);
+        let mut options = Options::default();
+        options.base.vertices = 20 + random.index(40) as u32;
+        options.layout.size = Size::TargetFaces(200 + random.index(400));
+        let made = retopologize(&mesh, &features, &options, &Monitor::new()).map_err(|error| error.to_string());
+        (seed, made.and_then(|made| judge(&mesh, &made.mesh)))
+    };
+    let judged: Vec<(u64, Result<usize, String>)> = (0..meshes).into_par_iter().map(run).collect();
+    let invalid: Vec<_> = judged.iter().filter(|(_, found)| found.is_err()).collect();
+    assert!(invalid.is_empty(), "{invalid:?}");
+    let turned: Vec<_> = judged.iter().filter(|(_, found)| *found != Ok(0)).collect();
+    assert!(turned.len() as u64 * 10 <= meshes, "{} of {meshes} have turned quads: {turned:?}", turned.len());
+}
+
+#[test]
+fn the_coarsest_layout_of_a_block_with_holes_has_few_patches() {
+    let block = punched_block(5, 3, &[(1, 1), (3, 1)].into(), 2);
+    let mut options = Options::default();
+    options.layout.size = Size::TargetFaces(1000);
+    let patches = |irregularity: f64| {
+        let mut options = options.clone();
+        options.layout.irregularity = irregularity;
+        let made = retopologize(&block, &sharp(&block), &options, &Monitor::new()).unwrap();
+        assert_eq!(judge(&block, &made.mesh), Ok(0));
+        made.report.base_complex
+    };
+    let (even, coarse) = (patches(20.0), patches(f64::INFINITY));
+    assert!(coarse <= 200 && coarse < even, "{coarse} of {even}");
+}
