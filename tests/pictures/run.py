@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import blenders  # noqa: E402  (found through the line above)
 
-PANEL = ("panel-ready.png", "panel-grey.png", "panel-tile-curve.png")
+PANEL = ("panel-ready.png", "panel-grey.png", "panel-tile-curve.png", "panel-retopologize.png")
 SECONDS = 1800
 
 

@@ -31,6 +31,8 @@ pub struct Session {
     /// Base edge length far from features, scene units.
     even: f64,
     base: Base,
+    /// Of the base's surface.
+    surface: Topology,
     network: Network,
     /// Marked edges left out because what they are part of is too short for quads.
     dropped: Vec<[u32; 2]>,
@@ -66,8 +68,9 @@ impl Session {
         }
         let even = even_length(&mesh, options.vertices);
         let (base, network) = (Base::default(), Network::default());
+        let surface = Topology::of_triangles(&base.surface);
         let mut session =
-            Self { mesh, topology, features, options, even, base, network, dropped: vec![], seconds: vec![] };
+            Self { mesh, topology, features, options, even, base, surface, network, dropped: vec![], seconds: vec![] };
         session.start_over(session.features.clone(), monitor)?;
         Ok(session)
     }
@@ -81,6 +84,7 @@ impl Session {
         self.network.chains.iter_mut().for_each(|chain| chain.vertices.retain(|&v| v < inputs));
         self.dropped = built.report.dropped;
         features.edges.retain(|&[a, b]| self.dropped.binary_search(&sorted(a, b)).is_err());
+        self.surface = Topology::of_triangles(&built.base.surface);
         (self.base, self.features, self.seconds) = (built.base, features, built.report.seconds);
         Ok(())
     }
@@ -171,9 +175,9 @@ impl Session {
         if from == to {
             return Ok(EditReport::default());
         }
-        let surface = Topology::of_triangles(&self.base.surface);
+        let surface = &self.surface;
         let walk = |edges: &[[u32; 2]]| -> Result<Vec<Vec<u32>>, RetopologyError> {
-            edges.iter().map(|&edge| self.walk(&self.base, &surface, edge).ok_or(LOST)).collect()
+            edges.iter().map(|&edge| self.walk(&self.base, surface, edge).ok_or(LOST)).collect()
         };
         let (gone, new) = (walk(&from.edges)?, walk(&to.edges)?);
         let mut touched: BTreeSet<u32> = BTreeSet::new();
@@ -194,13 +198,14 @@ impl Session {
             }
             let inputs = self.mesh.positions.len();
             let marks = crate::splice::Marks { gone: &gone, new: &new, vertices: &kept };
-            match rebuild(&self.base, inputs, &surface, &part, &marks, self.even, &self.options, monitor) {
+            match rebuild(&self.base, inputs, surface, &part, &marks, self.even, &self.options, monitor) {
                 Ok(Some(mut base)) => {
                     let added = part.len() + base.triangles.len() - self.base.triangles.len();
-                    if !self.number_chains(&mut base, &network) {
+                    let surface = Topology::of_triangles(&base.surface);
+                    if !self.number_chains(&mut base, &surface, &network) {
                         break;
                     }
-                    (self.base, self.features, self.network) = (base, features, network);
+                    (self.base, self.surface, self.features, self.network) = (base, surface, features, network);
                     self.seconds = vec![("edit", start.elapsed().as_secs_f64())];
                     return Ok(EditReport { removed: part.len(), added, whole: false });
                 }
@@ -215,13 +220,12 @@ impl Session {
     }
 
     /// Gives the base's edges the chains of a network. False when one of them lies on no chain: a bug, but starting over mends it.
-    fn number_chains(&self, base: &mut Base, network: &Network) -> bool {
-        let surface = Topology::of_triangles(&base.surface);
+    fn number_chains(&self, base: &mut Base, surface: &Topology, network: &Network) -> bool {
         let mut chain_at = BTreeMap::new();
         for (chain, c) in network.chains.iter().zip(0..) {
             let own: Vec<u32> = chain.walk().collect();
             for pair in own.windows(2) {
-                let Some(walk) = self.walk(base, &surface, [pair[0], pair[1]]) else { return false };
+                let Some(walk) = self.walk(base, surface, [pair[0], pair[1]]) else { return false };
                 chain_at.extend(walk.windows(2).map(|step| (sorted(step[0], step[1]), c)));
             }
         }

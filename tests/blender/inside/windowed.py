@@ -103,6 +103,29 @@ def test_a_modal_tiling_makes_the_panels_in_one_undo_step() -> Generator[None, N
     assert [obj.name for obj in bpy.data.objects] == [source]
 
 
+def test_a_modal_retopology_keeps_its_layout_for_the_next() -> Generator[None, None, None]:
+    for block in (*bpy.data.objects, *bpy.data.meshes):
+        bpy.data.batch_remove([block])
+    ball = shapes.add("Ball", shapes.ball(16))
+    options = {"target_faces": 800, "base_vertices": 200, "hide_input": False, "keep_layout": True}
+    for edges in ([0, 1, 2], [0, 1, 2, 40, 41]):
+        for index in edges:
+            ball.data.edges[index].use_edge_sharp = True
+        shapes.choose(ball)
+        bpy.ops.ed.undo_push(message="marked")
+        with bpy.context.temp_override(**view()):
+            assert bpy.ops.quadloom.retopologize("INVOKE_DEFAULT", True, **options) == {"RUNNING_MODAL"}
+        yield from until_done()
+        made = bpy.context.view_layer.objects.active
+        assert {len(face.vertices) for face in made.data.polygons} == {4}
+        edited = json.loads(made["quadloom_report"])["base_triangles_edited"]
+    assert edited is not None
+    with bpy.context.temp_override(**view()):
+        bpy.ops.ed.undo()
+    yield
+    assert sorted(obj.name for obj in bpy.data.objects) == ["Ball", "Ball Quads"]
+
+
 def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     start(12, operation="union", hide_inputs=False)
     yield from until_done()
@@ -126,11 +149,15 @@ def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     # Each of the other tools on what it is for, with the panel that redoes it.
     for name, primitive, options in (
         ("tile_curve", bpy.ops.curve.primitive_bezier_circle_add, {"panel_size": 0.3}),
-        ("retopologize", bpy.ops.mesh.primitive_torus_add, {"target_faces": 800}),
-        ("tile_surface", bpy.ops.mesh.primitive_uv_sphere_add, {"size_by": "edge_length", "panel_size": 0.3}),
+        ("retopologize", bpy.ops.mesh.primitive_torus_add, {"target_faces": 800, "symmetry": "x", "preview": True}),
+        ("tile_surface", bpy.ops.mesh.primitive_uv_sphere_add, {"panel_count": 400, "color_by": "type", "type_tolerance": 0.02}),
     ):
         for other in bpy.data.objects:
             other.hide_set(True)
+        if name == "tile_surface":
+            # The sidebar has no room for all: those above make place.
+            for above in ("tile_curve", "retopologize", "main"):
+                sys.modules[f"{EXTENSION}.panels.{above}"].unregister()
         with bpy.context.temp_override(**view()):
             primitive()
             assert getattr(bpy.ops.quadloom, name)("EXEC_DEFAULT", True, **options) == {"FINISHED"}
@@ -155,6 +182,7 @@ def run(folder: Path, pictures: Path | None) -> Generator[None, None, None]:
         test_a_modal_run_makes_the_result_in_one_undo_step(),
         test_esc_cancels_and_leaves_nothing(),
         test_a_modal_tiling_makes_the_panels_in_one_undo_step(),
+        test_a_modal_retopology_keeps_its_layout_for_the_next(),
         test_the_panel_draws(pictures),
     ]
     for test in tests:
