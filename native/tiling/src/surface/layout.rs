@@ -9,7 +9,7 @@ use super::chart::Chart;
 use super::curve::Curve;
 use super::cut::{Cut, cut};
 use super::input::Input;
-use super::partition::{BUDGET, Division, Ground, Search};
+use super::partition::{BUDGET, Division, Ground, Search, WARY};
 use super::patch_graph::{Corner, Patch, PatchGraph, Side, closing_c_indices};
 use super::pattern::Place as VertexPlace;
 use super::region::{Arc, Line, Region, Spot};
@@ -21,6 +21,9 @@ use std::sync::Arc as Shared;
 
 /// A vertex turns a corner by more than this, in units of 30 degrees.
 const TURN: f64 = 0.5;
+
+/// A smooth stretch gets a corner when it turns by more than this, in units of 30 degrees: less is better left to its ends.
+const LEAST_TURN: f64 = 0.75;
 
 /// The shortest distance between corners of one border, in edges.
 const APART: f64 = 1.3;
@@ -94,25 +97,25 @@ impl Draft {
         Ok(regions.map(|regions| Self { base, regions, next: lines.len() }))
     }
 
-    fn ground(&self) -> Ground<'_> {
-        Ground { charts: &self.base.cut.charts, edge_length: self.base.edge_length, creases: &self.base.creases }
+    fn ground(&self, mixed: f64) -> Ground<'_> {
+        Ground { mixed, charts: &self.base.cut.charts, edge_length: self.base.edge_length, creases: &self.base.creases }
     }
 
     /// The admissible partitions of a region, best first.
     pub fn divisions(&mut self, region: usize, monitor: &Monitor) -> Result<Vec<Division>, Cancelled> {
         let mut next = self.next;
-        let found = self.ground().divisions(&self.regions[region], &mut next, monitor);
+        let found = self.ground(WARY[0]).divisions(&self.regions[region], &mut next, monitor);
         self.next = next;
         found
     }
 
-    /// Divides all regions that are not flat; whether that was possible.
-    pub fn finish(&mut self, monitor: &Monitor) -> Result<bool, Cancelled> {
+    /// Divides all regions that are not flat, with a weight against patches of more than one lattice; whether that was possible.
+    pub fn finish(&mut self, mixed: f64, monitor: &Monitor) -> Result<bool, Cancelled> {
         let mut patches = Vec::new();
         let mut next = self.next;
         for (k, region) in self.regions.iter().enumerate() {
             monitor.stage("partitioning", k as f64 / self.regions.len() as f64)?;
-            let ground = self.ground();
+            let ground = self.ground(mixed);
             let mut search = Search { ground: &ground, next, monitor };
             let budget = BUDGET * f64::from(region.defect().abs());
             let Some((_, found)) = search.solve(region, budget, f64::INFINITY)? else { return Ok(false) };
@@ -252,7 +255,7 @@ fn lines(cut: &Cut, chains: &Chains) -> Vec<Shared<Line>> {
 /// turn so far, given at each vertex between, passes equal parts of the whole.
 fn inserted(turns: &[f64], lengths: &[f64], edge_length: f64) -> Vec<(usize, i32)> {
     let whole: f64 = turns.iter().sum();
-    let count = whole.round() as i32;
+    let count = if whole.abs() < LEAST_TURN { 0 } else { whole.round() as i32 };
     let length: f64 = lengths.iter().sum();
     let room = (length / (APART * edge_length)) as i32 - 1;
     if count == 0 || room < 1 {
@@ -296,19 +299,32 @@ fn turns_of_run(
     (turns, (1..count).map(|k| at(k - 1).distance(at(k))).collect())
 }
 
-/// Corners along cuts, the same for both sides: segment count from the line's start, and the turn seen from its left.
+/// Corners along cuts, the same for both sides: segment count from the line's start, and the turn seen from its left. Curvature
+/// on the cut itself turns both sides alike; only where one side's gain is the other's loss does the cut bend.
 fn shared_corners(cut: &Cut, chains: &Chains, lines: &[Shared<Line>], edge_length: f64) -> Vec<Vec<(usize, i32)>> {
-    let mut shared = vec![Vec::new(); lines.len()];
+    let mut bends: Vec<(Vec<f64>, Vec<f64>)> = vec![(Vec::new(), Vec::new()); lines.len()];
     for c in 0..cut.charts.len() {
-        for run in runs(cut, chains, c) {
-            if !chains.is_line[run.0] && !run.1 {
-                let (turns, lengths) = turns_of_run(cut, chains, c, run);
-                shared[run.0] =
-                    inserted(&turns, &lengths, edge_length).into_iter().map(|(k, turn)| (k + 1, turn)).collect();
+        for run in runs(cut, chains, c).into_iter().filter(|run| !chains.is_line[run.0]) {
+            let (mut turns, mut lengths) = turns_of_run(cut, chains, c, run);
+            if run.1 {
+                turns.reverse();
+                lengths.reverse();
             }
+            let sign = if run.1 { -0.5 } else { 0.5 };
+            let bend = &mut bends[run.0];
+            bend.0.resize(turns.len(), 0.0);
+            for (sum, turn) in bend.0.iter_mut().zip(turns) {
+                *sum += sign * turn;
+            }
+            bend.1 = lengths;
         }
     }
-    shared
+    bends
+        .into_iter()
+        .map(|(turns, lengths)| {
+            inserted(&turns, &lengths, edge_length).into_iter().map(|(k, turn)| (k + 1, turn)).collect()
+        })
+        .collect()
 }
 
 /// The whole of a chart, with its corners; `None` when no c-indices close.
@@ -323,7 +339,8 @@ fn region(
 ) -> Option<Region> {
     let chart = &cut.charts[c];
     let n = chart.border.len();
-    let total: f64 = chart.angles.iter().map(|angle| (PI - angle) / FRAC_PI_6).sum();
+    // What the curvature inside leaves to the corners, half of that on cuts included.
+    let total = 12.0 - chart.curvature.iter().map(|(_, curvature)| curvature / FRAC_PI_6).sum::<f64>();
     // Corners whose c-index is to be found: angle and what the caller set; and turns that are settled.
     let (mut angles, mut set): (Vec<f64>, Vec<Option<u8>>) = (Vec::new(), Vec::new());
     let mut settled = 0;
@@ -377,7 +394,13 @@ fn region(
             });
         }
     }
-    let chosen = closing_c_indices(&angles, &set, 12 - (total.round() as i32 - settled))?;
+    // Rounding alone closes with some defect; only one that is far from the curvature is worth changing a corner for.
+    let rounded: i32 =
+        angles.iter().zip(&set).map(|(a, s)| 6 - s.map_or(a.round().clamp(2.0, 10.0) as i32, i32::from)).sum();
+    let turn =
+        if (f64::from(rounded + settled) - total).abs() < 1.0 { rounded } else { total.round() as i32 - settled };
+    let chosen =
+        closing_c_indices(&angles, &set, 12 - turn).or_else(|| closing_c_indices(&angles, &set, 12 - rounded))?;
     let corners = corner_of
         .into_iter()
         .map(|corner| match corner {

@@ -104,7 +104,7 @@ pub enum Partition {
     /// The expansion of a coarse triangulation: always there, irregular vertices evenly spread.
     Expansion,
     /// The paper's: cuts, Algorithm 1 and problem 11. Large patches, irregular vertices where the curvature is. Where no
-    /// such partition is found, the expansion, and [`SurfaceTiling::patch_graph`] is `None`.
+    /// such partition is found, or its panels would turn over, the expansion; [`SurfaceTiling::patch_graph`] is then `None`.
     Paper,
 }
 
@@ -190,7 +190,7 @@ pub enum SurfaceError {
     )]
     NoPartition,
     /// No side lengths close all patches, or a patch has no tiling.
-    #[error("no lengths of sides close all patches and leave each a tiling; choose another edge length")]
+    #[error("no partition has side lengths that close all patches and leave each a tiling; choose another edge length")]
     NoLengths,
     /// The plane solver failed.
     #[error("a patch could not be filled: {0}")]
@@ -264,7 +264,8 @@ pub fn tile_surface(
     lap(0);
     if options.partition == Partition::Paper {
         if let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
-            && let Some(paper) = Paper::new(&input, draft, edge_length, options, &mut lap, monitor)?
+            && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
+            && paper.turned.is_empty()
         {
             return paper.measured(edge_length, stages);
         }
