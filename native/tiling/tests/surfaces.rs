@@ -214,7 +214,7 @@ fn divided(design: &PatchDesign, patches: usize, tried: &mut usize) -> Option<Pa
 #[test]
 fn the_slice_of_figure_10_has_twelve_patches_and_four_vertices_of_30_degrees() {
     let surface = TriangleMesh::from_polygons(&slice()).0;
-    let design = PatchDesign::new(&surface, 0.12, &paper(), &Monitor::new()).expect("a slice");
+    let design = PatchDesign::new(&surface, 0.04, &paper(), &Monitor::new()).expect("a slice");
     // Two corners of 60 degrees: a total interior defect of 120.
     assert_eq!(design.c_indices(), [[2, 2]]);
     assert_eq!(design.defects(), [4]);

@@ -16,6 +16,7 @@
 //! Deviations: no Algorithm 1 and no problem (11) yet; defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
+mod assemble;
 mod chart;
 mod coarse;
 mod cone;
@@ -262,13 +263,12 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
-    if options.partition == Partition::Paper {
-        if let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
-            && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
-            && paper.turned.is_empty()
-        {
-            return paper.measured(edge_length, stages);
-        }
+    if options.partition == Partition::Paper
+        && let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
+        && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
+        && paper.turned.is_empty()
+    {
+        return paper.measured(edge_length, stages);
     }
     let mut attempts = Vec::new();
     for fraction in SMALLER {

@@ -24,8 +24,9 @@ const PART: f64 = 0.12;
 const STRONG_DEFECT: f64 = 0.3;
 const CREASE: f64 = 4.0;
 
-/// Weights against patches that are not of one lattice, and may have no tiling: the second when the first leaves such.
-pub(super) const WARY: [f64; 2] = [0.5, 3.0];
+/// Weights against patches that are not of one lattice, and may have no tiling: the first partition seldom has such; the second
+/// is tried where the first leads nowhere, or to rhombi.
+pub(super) const WARY: [f64; 2] = [3.0, 0.5];
 
 /// What is expected of a part that is not flat yet, for each 30 degrees.
 const AHEAD: f64 = 1.2;
@@ -46,7 +47,7 @@ const MANY_SIDES: usize = 7;
 
 /// Regions looked at for each 30 degrees of a chart's defect, and how they are shared: about so many partitions of a region
 /// are followed, each with this many times the least it needs at least.
-pub(super) const BUDGET: f64 = 40.0;
+pub(super) const BUDGET: f64 = 24.0;
 const FOLLOWED: f64 = 4.0;
 const BRANCHING: f64 = 1.5;
 const MOST_FOLLOWED: usize = 24;
@@ -106,7 +107,7 @@ impl Ground<'_> {
         }
         let defect = part.defect();
         let polygon = part.polygon();
-        let error = (part.curvature(&self.charts[part.chart], &polygon) - f64::from(defect)).abs();
+        let error = (self.charts[part.chart].curvature_within(&polygon) - f64::from(defect)).abs();
         if defect != 0 {
             if is_final {
                 return error;
@@ -121,11 +122,11 @@ impl Ground<'_> {
         // Parts of one lattice surely have a tiling.
         let is_of = |step: u8| part.corners.iter().all(|c| c % step == 0);
         let mixed = if is_of(2) || is_of(3) { 0.0 } else { self.mixed };
-        error + GAP * self.gap(part, &sides) + mixed
+        error + GAP * Self::gap(part, &sides) + mixed
     }
 
     /// How far the sides of a flat part, at their lengths and directions, are from closing, over its circumference.
-    fn gap(&self, part: &Region, sides: &[(usize, usize)]) -> f64 {
+    fn gap(part: &Region, sides: &[(usize, usize)]) -> f64 {
         let (mut end, mut around, mut direction) = (DVec2::ZERO, 0.0, 0i32);
         for &side in sides {
             direction += 6 - i32::from(part.corners[side.0]);
@@ -504,7 +505,7 @@ fn cones(region: &Region, sides: &[(usize, usize)], snap: f64) -> Vec<Cone> {
     // Those that divide angles evenly, into few parts, are most often the best.
     let odd = |cone: &Cone| {
         let uneven = cone.right.iter().filter(|&&right| right != 3).count();
-        let sharp = cone.centre.iter().filter(|&&c| c == 5).count();
+        let sharp = cone.centre.iter().map(|&c| usize::from(c == 5)).sum::<usize>();
         2 * sharp + uneven + cone.centre.len() + 2 * n.abs_diff(cone.centre.len())
     };
     found.sort_by_key(odd);
@@ -581,16 +582,12 @@ impl Search<'_> {
             let (mut sum, mut patches) = (0.0, Vec::new());
             for part in &division.parts {
                 let of_part = if least > 0.0 { share * least_budget(part) / least } else { 0.0 };
-                match self.solve(part, of_part, limit - sum)? {
-                    Some((score, found)) => {
-                        sum += score;
-                        patches.extend(found);
-                    }
-                    None => {
-                        sum = f64::INFINITY;
-                        break;
-                    }
-                }
+                let Some((score, found)) = self.solve(part, of_part, limit - sum)? else {
+                    sum = f64::INFINITY;
+                    break;
+                };
+                sum += score;
+                patches.extend(found);
             }
             left -= if least > 0.0 { share } else { 0.0 };
             if sum < limit {
