@@ -3,7 +3,7 @@
 use mesh::{DVec3, Monitor, PolygonMesh, TriangleMesh};
 use std::collections::BTreeMap;
 use testkit::{oracle, shapes};
-use tiling::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+use tiling::{Fill, Partition, PatchDesign, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
 
 fn tiled(mesh: &PolygonMesh, edge_length: f64) -> SurfaceTiling {
     let surface = TriangleMesh::from_polygons(mesh).0;
@@ -143,4 +143,136 @@ fn random_patches_keep_what_is_regular_and_differ_by_seed() {
     let corners = |tiling: &SurfaceTiling| tiling.mesh.corner_verts().to_vec();
     assert_ne!(corners(&first), corners(&regular));
     assert_ne!(corners(&first), corners(&second));
+}
+
+/// One of six slices of the unit sphere, between two meridians (Fig. 10): its corners at the poles have 60 degrees.
+fn slice() -> PolygonMesh {
+    let (rows, columns) = (24u32, 8u32);
+    let mut positions = vec![DVec3::Z, -DVec3::Z];
+    for row in 1..rows {
+        let polar = std::f64::consts::PI * f64::from(row) / f64::from(rows);
+        for column in 0..=columns {
+            let azimuth = std::f64::consts::FRAC_PI_3 * f64::from(column) / f64::from(columns);
+            positions.push(DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()));
+        }
+    }
+    let at = |row: u32, column: u32| match row {
+        0 => 0,
+        row if row == rows => 1,
+        row => 2 + (row - 1) * (columns + 1) + column,
+    };
+    let mut faces = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let corners = [at(row, column), at(row + 1, column), at(row + 1, column + 1), at(row, column + 1)];
+            let mut face: Vec<u32> = Vec::new();
+            for v in corners {
+                if !face.contains(&v) {
+                    face.push(v);
+                }
+            }
+            faces.push(face);
+        }
+    }
+    PolygonMesh::from_polygons(positions, &faces).expect("a slice")
+}
+
+fn paper() -> SurfaceOptions {
+    SurfaceOptions { partition: Partition::Paper, ..SurfaceOptions::default() }
+}
+
+/// Divides the parts of a design until all are flat, with so many nodes of 30 degrees inside: the best proposals first.
+fn divided(design: &PatchDesign, patches: usize, tried: &mut usize) -> Option<PatchDesign> {
+    let defects = design.defects();
+    let Some(part) = defects.iter().position(|&defect| defect != 0) else {
+        let graph = design.patch_graph()?;
+        let inner = graph.node_defects().into_iter().filter(|&defect| defect == 1).count();
+        return (defects.len() == patches && inner == 4).then(|| design.clone());
+    };
+    *tried += 1;
+    if *tried > 60 {
+        return None;
+    }
+    let mut design = design.clone();
+    let proposals = design.admissible_partitions(part, &Monitor::new()).expect("not cancelled");
+    // As the paper's figure: halves of equal defect, then three flat parts about a point.
+    let wanted = |defects: &[i32]| match defects {
+        [a, b] => a == b && 2 * a == design.defects()[part],
+        [0, 0, 0] => true,
+        _ => false,
+    };
+    for proposal in proposals.iter().filter(|proposal| wanted(&proposal.defects)).take(6) {
+        let mut next = design.clone();
+        next.divide(part, proposal);
+        if let Some(found) = divided(&next, patches, tried) {
+            return Some(found);
+        }
+    }
+    None
+}
+
+#[test]
+fn the_slice_of_figure_10_has_twelve_patches_and_four_vertices_of_30_degrees() {
+    let surface = TriangleMesh::from_polygons(&slice()).0;
+    let design = PatchDesign::new(&surface, 0.04, &paper(), &Monitor::new()).expect("a slice");
+    // Two corners of 60 degrees: a total interior defect of 120.
+    assert_eq!(design.c_indices(), [[2, 2]]);
+    assert_eq!(design.defects(), [4]);
+    let found = divided(&design, 12, &mut 0).expect("the paper's partition");
+    let graph = found.patch_graph().expect("all parts are flat");
+    assert_eq!(graph.patches.len(), 12);
+    let defects = graph.node_defects();
+    assert_eq!(defects.iter().filter(|&&defect| defect == 1).count(), 4);
+    // The corners at the poles have 60 of 180 degrees; nothing else is irregular.
+    assert_eq!(defects.iter().filter(|&&defect| defect == 4).count(), 2);
+    assert_eq!(defects.iter().sum::<i32>(), 12);
+    assert_eq!(graph.euler_characteristic(), 1);
+}
+
+#[test]
+fn the_papers_partition_is_flat_and_its_defects_sum_up() {
+    for (name, mesh, edge_length) in [("slice", slice(), 0.12), ("sheet", shapes::sheet(9, 6), 0.5)] {
+        let surface = TriangleMesh::from_polygons(&mesh).0;
+        let result = tile_surface(&surface, edge_length, &paper(), &Monitor::new()).expect("a sound surface");
+        let graph = result.patch_graph.as_ref().unwrap_or_else(|| panic!("{name}: no partition was found"));
+        assert!(graph.patches.iter().all(|patch| patch.total_interior_defect() == 0), "{name}");
+        assert_eq!(i64::from(graph.node_defects().iter().sum::<i32>()), 12 * oracle::euler(&mesh), "{name}");
+        assert_eq!(graph.euler_characteristic(), oracle::euler(&mesh), "{name}");
+        assert!(uses(&result.mesh).values().all(|n| n[0] <= 1 && n[1] <= 1), "{name}: an edge twice in one direction");
+        assert_eq!(oracle::euler(&result.mesh), oracle::euler(&mesh), "{name}");
+        assert_eq!(defect_sum(&result.mesh), 12 * oracle::euler(&mesh), "{name}");
+        assert!(result.turned.is_empty(), "{name}: panels {:?} turned over", result.turned);
+        // Inside, vertices are irregular at nodes only.
+        let inner = result.defects.iter().filter(|(v, _)| *v as usize >= graph.nodes.len()).count();
+        let on_border: std::collections::BTreeSet<u32> =
+            uses(&result.mesh).into_iter().filter(|(_, n)| n[0] + n[1] == 1).flat_map(|(edge, _)| edge).collect();
+        let irregular = result.defects.iter().filter(|(v, _)| !on_border.contains(v)).count();
+        assert!(
+            irregular <= graph.nodes.len() && (irregular as f64) < 0.08 * result.interior_vertices as f64,
+            "{name}"
+        );
+        assert!(inner <= on_border.len(), "{name}");
+        assert!(result.patches_with_rhombi.is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn the_caller_sets_c_indices() {
+    // A sheet whose corners are made 60 and 120 degrees is laid in triangles.
+    let sheet = shapes::sheet(9, 6);
+    let surface = TriangleMesh::from_polygons(&sheet).0;
+    let low = sheet.positions.iter().fold(DVec3::INFINITY, |l, &p| l.min(p));
+    let high = sheet.positions.iter().fold(DVec3::NEG_INFINITY, |h, &p| h.max(p));
+    let at = |x: f64, y: f64| {
+        let near = |p: &DVec3| (p.x - x).abs() + (p.y - y).abs() < 1e-9;
+        sheet.positions.iter().position(near).expect("a corner") as u32
+    };
+    let corners = vec![(at(low.x, low.y), 2), (at(high.x, low.y), 4), (at(high.x, high.y), 2), (at(low.x, high.y), 4)];
+    let options = SurfaceOptions { corners, ..paper() };
+    let result = tile_surface(&surface, 0.6, &options, &Monitor::new()).expect("a sheet");
+    let graph = result.patch_graph.expect("a partition");
+    let mut found: Vec<u8> = graph.patches[0].corners.iter().map(|corner| corner.c_index).filter(|&c| c != 6).collect();
+    found.sort_unstable();
+    assert_eq!(found, [2, 2, 4, 4]);
+    assert!(result.panels.iter().all(|panel| panel.kind == tiling::Kind::Triangle));
 }

@@ -56,6 +56,12 @@ impl Chart {
         self.flat.locate(p).map_or(DVec3::ZERO, |location| location.point(&self.mesh))
     }
 
+    /// Curvature inside a polygon, in units of 30 degrees.
+    pub fn curvature_within(&self, polygon: &[DVec2]) -> f64 {
+        let inside = self.curvature.iter().filter(|(p, _)| contains(polygon, *p)).map(|(_, k)| k);
+        inside.sum::<f64>() / std::f64::consts::FRAC_PI_6
+    }
+
     /// Gathers the curvature of the triangles, radians, on a grid.
     pub fn gather(&mut self, of_vertex: &[f64]) {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);

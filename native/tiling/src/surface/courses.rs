@@ -134,7 +134,7 @@ pub(super) fn courses(graph: &PatchGraph, steps: &[Steps], monitor: &Monitor) ->
             // No single change helps: all sides of one faulty patch start anew.
             for corner in &graph.patches[p].corners {
                 let s = corner.side as usize;
-                courses[s] = ways[s][random.index(ways[s].len())].clone();
+                courses[s].clone_from(&ways[s][random.index(ways[s].len())]);
                 for &q in &beside[s] {
                     faults[q] = fault(&graph.patches[q], &courses);
                 }

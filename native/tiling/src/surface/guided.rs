@@ -107,8 +107,7 @@ impl PatchDesign {
     /// Tiles the surface; parts that are not flat yet are divided automatically.
     ///
     /// # Errors
-    /// [`SurfaceError::NoPartition`] when that finds nothing, [`SurfaceError::NoLengths`] when no side lengths close all
-    /// patches or one has no tiling; cancelled.
+    /// [`SurfaceError::NoLengths`] when that finds nothing, no side lengths close all patches or one has no tiling; cancelled.
     pub fn tile(&self, monitor: &Monitor) -> Result<SurfaceTiling, SurfaceError> {
         let mut stages: Vec<(&'static str, Duration)> =
             ["check", "partition", "fill", "shape"].map(|stage| (stage, Duration::ZERO)).to_vec();
@@ -117,11 +116,7 @@ impl PatchDesign {
             stages[stage].1 += start.elapsed();
             start = Instant::now();
         };
-        let mut draft = self.draft.clone();
-        if !draft.finish(monitor)? {
-            return Err(SurfaceError::NoPartition);
-        }
-        let tiled = Paper::new(&self.input, draft, self.edge_length, &self.options, &mut lap, monitor)?;
+        let tiled = Paper::new(&self.input, &self.draft, self.edge_length, &self.options, &mut lap, monitor)?;
         tiled.ok_or(SurfaceError::NoLengths)?.measured(self.edge_length, stages)
     }
 }

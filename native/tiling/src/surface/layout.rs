@@ -5,16 +5,17 @@
 //! multiple of 30 degrees, the nearest to their sum in space, and what the surface curves inside is left to the
 //! partition.
 
+use super::assemble::assemble;
 use super::chart::Chart;
 use super::curve::Curve;
 use super::cut::{Cut, cut};
 use super::input::Input;
-use super::partition::{BUDGET, Division, Ground, Search};
-use super::patch_graph::{Corner, Patch, PatchGraph, Side, closing_c_indices};
+use super::partition::{BUDGET, Division, Ground, Search, WARY};
+use super::patch_graph::{PatchGraph, closing_c_indices};
 use super::pattern::Place as VertexPlace;
 use super::region::{Arc, Line, Region, Spot};
 use super::{SurfaceError, SurfaceOptions};
-use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh, sorted};
+use mesh::{Cancelled, Monitor, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_6, PI, TAU};
 use std::sync::Arc as Shared;
@@ -22,11 +23,11 @@ use std::sync::Arc as Shared;
 /// A vertex turns a corner by more than this, in units of 30 degrees.
 const TURN: f64 = 0.5;
 
+/// A smooth stretch gets a corner when it turns by more than this, in units of 30 degrees: less is better left to its ends.
+const LEAST_TURN: f64 = 0.75;
+
 /// The shortest distance between corners of one border, in edges.
 const APART: f64 = 1.3;
-
-/// Nodes on either side of a curve that are nearer than this, in edges, become one.
-const MERGE: f64 = 0.9;
 
 /// A crease that is not followed: the surface turns by more than this there, radians.
 const CREASE: f64 = 0.6;
@@ -44,22 +45,22 @@ pub(super) struct Layout {
 }
 
 /// Lines of the surface before partitions: their vertices, and whether they are borders or marked.
-struct Chains {
+pub(super) struct Chains {
     paths: Vec<Vec<u32>>,
-    is_line: Vec<bool>,
+    pub is_line: Vec<bool>,
     /// Line and segment of each edge.
     at: BTreeMap<[u32; 2], (usize, usize)>,
     /// Vertices at which three or more lines meet, or a line ends.
-    fixed: BTreeSet<u32>,
+    pub fixed: BTreeSet<u32>,
 }
 
 /// A surface in charts, with the lines between them: what no partition changes.
-struct Base {
+pub(super) struct Base {
     cut: Cut,
-    chains: Chains,
+    pub chains: Chains,
     creases: Vec<Vec<[glam::DVec2; 2]>>,
-    edge_length: f64,
-    corner_angle: f64,
+    pub edge_length: f64,
+    pub corner_angle: f64,
 }
 
 /// A surface on its way to a patch graph: regions, some of them not flat yet.
@@ -94,25 +95,25 @@ impl Draft {
         Ok(regions.map(|regions| Self { base, regions, next: lines.len() }))
     }
 
-    fn ground(&self) -> Ground<'_> {
-        Ground { charts: &self.base.cut.charts, edge_length: self.base.edge_length, creases: &self.base.creases }
+    fn ground(&self, mixed: f64) -> Ground<'_> {
+        Ground { mixed, charts: &self.base.cut.charts, edge_length: self.base.edge_length, creases: &self.base.creases }
     }
 
     /// The admissible partitions of a region, best first.
     pub fn divisions(&mut self, region: usize, monitor: &Monitor) -> Result<Vec<Division>, Cancelled> {
         let mut next = self.next;
-        let found = self.ground().divisions(&self.regions[region], &mut next, monitor);
+        let found = self.ground(WARY[0]).divisions(&self.regions[region], &mut next, monitor);
         self.next = next;
         found
     }
 
-    /// Divides all regions that are not flat; whether that was possible.
-    pub fn finish(&mut self, monitor: &Monitor) -> Result<bool, Cancelled> {
+    /// Divides all regions that are not flat, with a weight against patches of more than one lattice; whether that was possible.
+    pub fn finish(&mut self, mixed: f64, monitor: &Monitor) -> Result<bool, Cancelled> {
         let mut patches = Vec::new();
         let mut next = self.next;
         for (k, region) in self.regions.iter().enumerate() {
             monitor.stage("partitioning", k as f64 / self.regions.len() as f64)?;
-            let ground = self.ground();
+            let ground = self.ground(mixed);
             let mut search = Search { ground: &ground, next, monitor };
             let budget = BUDGET * f64::from(region.defect().abs());
             let Some((_, found)) = search.solve(region, budget, f64::INFINITY)? else { return Ok(false) };
@@ -125,8 +126,7 @@ impl Draft {
 
     /// The patch graph of regions that are all flat; `None` where two corners of one fall together.
     pub fn layout(&self) -> Option<Layout> {
-        let base = &self.base;
-        assemble(&base.cut, &base.chains, self.regions.clone(), base.edge_length, base.corner_angle)
+        assemble(&self.base, &self.regions)
     }
 
     pub fn charts(&self) -> &[Chart] {
@@ -252,7 +252,7 @@ fn lines(cut: &Cut, chains: &Chains) -> Vec<Shared<Line>> {
 /// turn so far, given at each vertex between, passes equal parts of the whole.
 fn inserted(turns: &[f64], lengths: &[f64], edge_length: f64) -> Vec<(usize, i32)> {
     let whole: f64 = turns.iter().sum();
-    let count = whole.round() as i32;
+    let count = if whole.abs() < LEAST_TURN { 0 } else { whole.round() as i32 };
     let length: f64 = lengths.iter().sum();
     let room = (length / (APART * edge_length)) as i32 - 1;
     if count == 0 || room < 1 {
@@ -296,19 +296,40 @@ fn turns_of_run(
     (turns, (1..count).map(|k| at(k - 1).distance(at(k))).collect())
 }
 
-/// Corners along cuts, the same for both sides: segment count from the line's start, and the turn seen from its left.
+/// Corners along cuts, the same for both sides: segment count from the line's start, and the turn seen from its left. Curvature
+/// on the cut itself turns both sides alike; only where one side's gain is the other's loss does the cut bend.
 fn shared_corners(cut: &Cut, chains: &Chains, lines: &[Shared<Line>], edge_length: f64) -> Vec<Vec<(usize, i32)>> {
-    let mut shared = vec![Vec::new(); lines.len()];
+    let mut bends: Vec<(Vec<f64>, Vec<f64>)> = vec![(Vec::new(), Vec::new()); lines.len()];
     for c in 0..cut.charts.len() {
-        for run in runs(cut, chains, c) {
-            if !chains.is_line[run.0] && !run.1 {
-                let (turns, lengths) = turns_of_run(cut, chains, c, run);
-                shared[run.0] =
-                    inserted(&turns, &lengths, edge_length).into_iter().map(|(k, turn)| (k + 1, turn)).collect();
+        for run in runs(cut, chains, c).into_iter().filter(|run| !chains.is_line[run.0]) {
+            let (mut turns, mut lengths) = turns_of_run(cut, chains, c, run);
+            if run.1 {
+                turns.reverse();
+                lengths.reverse();
             }
+            let sign = if run.1 { -0.5 } else { 0.5 };
+            let bend = &mut bends[run.0];
+            bend.0.resize(turns.len(), 0.0);
+            for (sum, turn) in bend.0.iter_mut().zip(turns) {
+                *sum += sign * turn;
+            }
+            bend.1 = lengths;
         }
     }
-    shared
+    bends
+        .into_iter()
+        .map(|(turns, lengths)| {
+            inserted(&turns, &lengths, edge_length).into_iter().map(|(k, turn)| (k + 1, turn)).collect()
+        })
+        .collect()
+}
+
+/// What turns a border at a place.
+enum Turn {
+    /// An angle, in units of 30 degrees, whose c-index is to be found or was set by the caller.
+    Corner(f64, Option<u8>),
+    /// So many units, on a smooth stretch.
+    Settled(i32),
 }
 
 /// The whole of a chart, with its corners; `None` when no c-indices close.
@@ -323,7 +344,8 @@ fn region(
 ) -> Option<Region> {
     let chart = &cut.charts[c];
     let n = chart.border.len();
-    let total: f64 = chart.angles.iter().map(|angle| (PI - angle) / FRAC_PI_6).sum();
+    // What the curvature inside leaves to the corners, half of that on cuts included.
+    let total = 12.0 - chart.curvature.iter().map(|(_, curvature)| curvature / FRAC_PI_6).sum::<f64>();
     // Corners whose c-index is to be found: angle and what the caller set; and turns that are settled.
     let (mut angles, mut set): (Vec<f64>, Vec<Option<u8>>) = (Vec::new(), Vec::new());
     let mut settled = 0;
@@ -338,7 +360,7 @@ fn region(
             options.corners.iter().find(|(vertex, _)| *vertex == v).map(|&(_, c)| c)
         };
         // Places along the run, by segments walked.
-        let mut places: Vec<(usize, Result<(f64, Option<u8>), i32>)> = vec![(0, Ok((angle(0), wanted(0))))];
+        let mut places: Vec<(usize, Turn)> = vec![(0, Turn::Corner(angle(0), wanted(0)))];
         if chains.is_line[line] {
             let (turns, lengths) = turns_of_run(cut, chains, c, run);
             let mut from = 0;
@@ -346,17 +368,17 @@ fn region(
                 let is_corner = k < count - 1 && (turns[k - 1].abs() > TURN || wanted(k).is_some());
                 if is_corner || k == count - 1 {
                     for (at, turn) in inserted(&turns[from..k - 1], &lengths[from..k], edge_length) {
-                        places.push((from + at + 1, Err(turn)));
+                        places.push((from + at + 1, Turn::Settled(turn)));
                     }
                     from = k;
                 }
                 if is_corner {
-                    places.push((k, Ok((angle(k), wanted(k)))));
+                    places.push((k, Turn::Corner(angle(k), wanted(k))));
                 }
             }
         } else {
             for &(k, turn) in &shared[line] {
-                places.push(if reversed { (count - 1 - k, Err(-turn)) } else { (k, Err(turn)) });
+                places.push(if reversed { (count - 1 - k, Turn::Settled(-turn)) } else { (k, Turn::Settled(turn)) });
             }
         }
         places.sort_by_key(|place| place.0);
@@ -365,19 +387,25 @@ fn region(
             let end = places.get(index + 1).map_or(count - 1, |next| next.0);
             arcs.push(Arc { line: lines[line].clone(), reversed, from: at(*k), to: at(end) });
             corner_of.push(match kind {
-                Ok((angle, wanted)) => {
+                Turn::Corner(angle, wanted) => {
                     angles.push(*angle);
                     set.push(*wanted);
                     Ok(angles.len() - 1)
                 }
-                Err(turn) => {
+                Turn::Settled(turn) => {
                     settled += turn;
                     Err(*turn)
                 }
             });
         }
     }
-    let chosen = closing_c_indices(&angles, &set, 12 - (total.round() as i32 - settled))?;
+    // Rounding alone closes with some defect; only one that is far from the curvature is worth changing a corner for.
+    let rounded: i32 =
+        angles.iter().zip(&set).map(|(a, s)| 6 - s.map_or(a.round().clamp(2.0, 10.0) as i32, i32::from)).sum();
+    let turn =
+        if (f64::from(rounded + settled) - total).abs() < 1.0 { rounded } else { total.round() as i32 - settled };
+    let chosen =
+        closing_c_indices(&angles, &set, 12 - turn).or_else(|| closing_c_indices(&angles, &set, 12 - rounded))?;
     let corners = corner_of
         .into_iter()
         .map(|corner| match corner {
@@ -402,217 +430,15 @@ fn creases(cut: &Cut) -> Vec<Vec<[glam::DVec2; 2]>> {
     cut.charts.iter().map(of_chart).collect()
 }
 
-/// Breakpoints of one line.
-#[derive(Default)]
-struct Breaks {
-    /// Parameter, which sides of the line end there (1 left, 2 right), node.
-    at: Vec<(f64, u8, u32)>,
-}
-
-/// Numbers nodes and sides, and makes nodes on either side of a curve one that all but coincide.
-fn assemble(cut: &Cut, chains: &Chains, regions: Vec<Region>, edge_length: f64, corner_angle: f64) -> Option<Layout> {
-    let mut lines: BTreeMap<usize, Shared<Line>> = BTreeMap::new();
-    let mut breaks: BTreeMap<usize, Breaks> = BTreeMap::new();
-    for arc in regions.iter().flat_map(|region| &region.arcs) {
-        lines.insert(arc.line.id, arc.line.clone());
-        let entry = breaks.entry(arc.line.id).or_default();
-        let side = if arc.reversed { 2 } else { 1 };
-        for t in [arc.from, arc.to] {
-            entry.at.push((t, side, 0));
+impl Base {
+    /// Whether the border or marked line bends sharply at a vertex where its two parts meet.
+    pub fn is_bent(&self, v: u32) -> bool {
+        let lines = self.chains.at.iter().filter(|(edge, (line, _))| self.chains.is_line[*line] && edge.contains(&v));
+        let beside: Vec<u32> = lines.map(|(edge, _)| if edge[0] == v { edge[1] } else { edge[0] }).collect();
+        let at = |v: u32| self.cut.mesh.positions[v as usize];
+        match beside[..] {
+            [a, b] => (at(v) - at(a)).angle_between(at(b) - at(v)) > self.corner_angle,
+            _ => false,
         }
-    }
-    for (id, entry) in &mut breaks {
-        let line = &lines[id];
-        entry.at.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut merged: Vec<(f64, u8, u32)> = Vec::new();
-        let near = 1e-6 * line.length_at(line.last());
-        for &(t, side, _) in &entry.at {
-            match merged.last_mut() {
-                Some(last) if line.length_at(t) - line.length_at(last.0) <= near => last.1 |= side,
-                _ => merged.push((t, side, 0)),
-            }
-        }
-        // Ends are of both sides.
-        let (first, last) = (0, merged.len() - 1);
-        merged[first].1 = 3;
-        merged[last].1 = 3;
-        let mut kept: Vec<(f64, u8, u32)> = Vec::new();
-        for (t, side, _) in merged {
-            match kept.last_mut() {
-                Some(before)
-                    if before.1 & side == 0 && line.length_at(t) - line.length_at(before.0) < MERGE * edge_length =>
-                {
-                    before.1 |= side;
-                }
-                _ => kept.push((t, side, 0)),
-            }
-        }
-        entry.at = kept;
-    }
-    let nearest = |line: &Line, t: f64, breaks: &BTreeMap<usize, Breaks>| -> usize {
-        let at = &breaks[&line.id].at;
-        let length = line.length_at(t);
-        (0..at.len())
-            .min_by(|&a, &b| {
-                let off = |k: usize| (line.length_at(at[k].0) - length).abs();
-                off(a).total_cmp(&off(b))
-            })
-            .unwrap_or(0)
-    };
-    // Nodes: first of vertices and centres, then of breakpoints within lines; then line ends that lie on other lines.
-    let mut nodes: Vec<DVec3> = Vec::new();
-    let mut of_vertex: BTreeMap<u32, u32> = BTreeMap::new();
-    let mut of_centre: BTreeMap<usize, u32> = BTreeMap::new();
-    let mut places: Vec<VertexPlace> = Vec::new();
-    let (mut curves, mut curve_of): (Vec<Curve>, BTreeMap<usize, u32>) = (Vec::new(), BTreeMap::new());
-    for (&id, line) in lines.iter().filter(|(id, _)| chains.is_line.get(**id) == Some(&true)) {
-        curve_of.insert(id, curves.len() as u32);
-        curves.push(Curve::new(line.points.iter().copied()));
-    }
-    let place_on = |line: &Line, t: f64| -> VertexPlace {
-        let Some(&curve) = curve_of.get(&line.id) else { return VertexPlace::Free };
-        let k = t.round() as usize;
-        if (t - k as f64).abs() < 1e-9 && k > 0 && k + 1 < line.points.len() {
-            let turn = (line.points[k] - line.points[k - 1]).angle_between(line.points[k + 1] - line.points[k]);
-            if turn > corner_angle {
-                return VertexPlace::Fixed;
-            }
-        }
-        VertexPlace::OnCurve(curve)
-    };
-    for (id, line) in &lines {
-        let last = line.last();
-        for (end, t) in [(0, 0.0), (1, last)] {
-            let p = line.point(t);
-            match &line.ends[end] {
-                Spot::Node(v) => {
-                    let node = *of_vertex.entry(*v).or_insert_with(|| {
-                        nodes.push(p);
-                        places.push(VertexPlace::Free);
-                        nodes.len() as u32 - 1
-                    });
-                    if let Some(&curve) = curve_of.get(id) {
-                        let first = places[node as usize] == VertexPlace::Free;
-                        places[node as usize] =
-                            if chains.fixed.contains(v) || !first && is_bent(cut, chains, *v, corner_angle) {
-                                VertexPlace::Fixed
-                            } else {
-                                VertexPlace::OnCurve(curve)
-                            };
-                    }
-                }
-                Spot::Centre(hub) => {
-                    of_centre.entry(*hub).or_insert_with(|| {
-                        nodes.push(p);
-                        places.push(VertexPlace::Free);
-                        nodes.len() as u32 - 1
-                    });
-                }
-                Spot::On(..) => {}
-            }
-        }
-        let entry = breaks.get_mut(id)?;
-        let count = entry.at.len();
-        for (t, _, node) in &mut entry.at[1..count - 1] {
-            *node = nodes.len() as u32;
-            nodes.push(line.point(*t));
-            places.push(place_on(line, *t));
-        }
-    }
-    fn resolve(
-        spot: &Spot,
-        of_vertex: &BTreeMap<u32, u32>,
-        of_centre: &BTreeMap<usize, u32>,
-        inner: &dyn Fn(&Line, f64) -> Option<u32>,
-    ) -> Option<u32> {
-        match spot {
-            Spot::Node(v) => of_vertex.get(v).copied(),
-            Spot::Centre(hub) => of_centre.get(hub).copied(),
-            Spot::On(line, t) => match inner(line, *t) {
-                Some(node) => Some(node),
-                None => {
-                    let end = usize::from(*t > 0.5 * line.last());
-                    resolve(&line.ends[end], of_vertex, of_centre, inner)
-                }
-            },
-        }
-    }
-    let ends: BTreeMap<usize, [u32; 2]> = {
-        let inner = |line: &Line, t: f64| {
-            let k = nearest(line, t, &breaks);
-            let at = &breaks[&line.id].at;
-            (k > 0 && k + 1 < at.len()).then(|| at[k].2)
-        };
-        let mut ends = BTreeMap::new();
-        for (&id, line) in &lines {
-            let [a, b] = [0, 1].map(|end| resolve(&line.ends[end], &of_vertex, &of_centre, &inner));
-            ends.insert(id, [a?, b?]);
-        }
-        ends
-    };
-    for (id, entry) in &mut breaks {
-        let last = entry.at.len() - 1;
-        entry.at[0].2 = ends[id][0];
-        entry.at[last].2 = ends[id][1];
-    }
-    // Sides between neighbouring breakpoints.
-    let mut graph = PatchGraph { nodes, ..PatchGraph::default() };
-    let mut first_side: BTreeMap<usize, u32> = BTreeMap::new();
-    let mut side_places = Vec::new();
-    for (&id, entry) in &breaks {
-        first_side.insert(id, graph.sides.len() as u32);
-        let line = &lines[&id];
-        for w in entry.at.windows(2) {
-            let arc = Arc { line: line.clone(), reversed: false, from: w[0].0, to: w[1].0 };
-            let points = arc.parameters().iter().map(|&t| line.point(t)).collect();
-            graph.sides.push(Side { ends: [w[0].2, w[1].2], points });
-            side_places.push(curve_of.get(&id).map_or(VertexPlace::Free, |&curve| VertexPlace::OnCurve(curve)));
-        }
-    }
-    let (mut pieces, mut chart_of) = (Vec::new(), Vec::new());
-    for region in regions {
-        let (mut patch, mut of_patch) = (Patch::default(), Vec::new());
-        for (arc, &c) in region.arcs.iter().zip(&region.corners) {
-            let at = &breaks[&arc.line.id].at;
-            let (from, to) = (nearest(&arc.line, arc.from, &breaks), nearest(&arc.line, arc.to, &breaks));
-            // A closed line is walked from its first breakpoint to its last.
-            let count = from.abs_diff(to);
-            if count == 0 {
-                return None;
-            }
-            for k in 0..count {
-                let (low, a, b) = if arc.reversed {
-                    (from - k - 1, from - k, from - k - 1)
-                } else {
-                    (from + k, from + k, from + k + 1)
-                };
-                patch.corners.push(Corner {
-                    node: at[a].2,
-                    c_index: if k == 0 { c } else { 6 },
-                    side: first_side[&arc.line.id] + low as u32,
-                    reversed: arc.reversed,
-                });
-                of_patch.push(Arc { line: arc.line.clone(), reversed: arc.reversed, from: at[a].0, to: at[b].0 });
-            }
-        }
-        graph.patches.push(patch);
-        pieces.push(of_patch);
-        chart_of.push(region.chart);
-    }
-    Some(Layout { graph, chart_of, pieces, curves, node_places: places, side_places })
-}
-
-/// Whether the border or marked line bends sharply at a vertex where its two parts meet.
-fn is_bent(cut: &Cut, chains: &Chains, v: u32, corner_angle: f64) -> bool {
-    let beside: Vec<u32> = chains
-        .at
-        .iter()
-        .filter(|(edge, (line, _))| chains.is_line[*line] && edge.contains(&v))
-        .map(|(edge, _)| if edge[0] == v { edge[1] } else { edge[0] })
-        .collect();
-    let at = |v: u32| cut.mesh.positions[v as usize];
-    match beside[..] {
-        [a, b] => (at(v) - at(a)).angle_between(at(b) - at(v)) > corner_angle,
-        _ => false,
     }
 }

@@ -31,7 +31,7 @@ const QUARTERS: [i32; 2] = [4, 7];
 
 /// Limits of the programme: the nodes bind first but on a loaded machine.
 const MOST_NODES: u32 = 400;
-const TIME: Duration = Duration::from_secs(8);
+const TIME: Duration = Duration::from_secs(4);
 
 /// Edges of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,7 +116,7 @@ pub(super) fn side_steps(
             .collect();
         programme.row(&terms, bound.least..=bound.most);
     }
-    let options = Options { max_nodes: MOST_NODES, time_limit: TIME, relative_gap: 1e-3 };
+    let options = Options { max_nodes: MOST_NODES, time_limit: TIME, relative_gap: 1e-2 };
     match programme.solve(&options, None, &|| monitor.is_cancelled()) {
         Ok(Solution { values, cost, .. }) => {
             let of = |variable: Variable| values[variable.index()] as u32;

@@ -16,6 +16,7 @@
 //! Deviations: no Algorithm 1 and no problem (11) yet; defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
+mod assemble;
 mod chart;
 mod coarse;
 mod cone;
@@ -104,7 +105,7 @@ pub enum Partition {
     /// The expansion of a coarse triangulation: always there, irregular vertices evenly spread.
     Expansion,
     /// The paper's: cuts, Algorithm 1 and problem 11. Large patches, irregular vertices where the curvature is. Where no
-    /// such partition is found, the expansion, and [`SurfaceTiling::patch_graph`] is `None`.
+    /// such partition is found, or its panels would turn over, the expansion; [`SurfaceTiling::patch_graph`] is then `None`.
     Paper,
 }
 
@@ -190,7 +191,7 @@ pub enum SurfaceError {
     )]
     NoPartition,
     /// No side lengths close all patches, or a patch has no tiling.
-    #[error("no lengths of sides close all patches and leave each a tiling; choose another edge length")]
+    #[error("no partition has side lengths that close all patches and leave each a tiling; choose another edge length")]
     NoLengths,
     /// The plane solver failed.
     #[error("a patch could not be filled: {0}")]
@@ -262,12 +263,12 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
-    if options.partition == Partition::Paper {
-        if let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
-            && let Some(paper) = Paper::new(&input, draft, edge_length, options, &mut lap, monitor)?
-        {
-            return paper.measured(edge_length, stages);
-        }
+    if options.partition == Partition::Paper
+        && let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
+        && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
+        && paper.turned.is_empty()
+    {
+        return paper.measured(edge_length, stages);
     }
     let mut attempts = Vec::new();
     for fraction in SMALLER {

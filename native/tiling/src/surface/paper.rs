@@ -4,10 +4,11 @@ use super::chart::Chart;
 use super::input::Input;
 use super::layout::{Draft, Layout};
 use super::panels::{self, Panel};
+use super::partition::WARY;
 use super::patch_graph::PatchGraph;
 use super::pattern::{Pattern, Place};
 use super::paving::{Paving, pave};
-use super::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, shape};
+use super::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, fill, shape};
 use crate::Kind;
 use glam::DVec2;
 use mesh::{DVec3, Monitor, PolygonMesh};
@@ -18,6 +19,8 @@ pub(super) struct Paper {
     pub pattern: Pattern,
     pub kinds: Vec<Kind>,
     pub turned: Vec<u32>,
+    /// As [`super::Attempt::refilled`].
+    pub refilled: (usize, usize),
     pub graph: PatchGraph,
     pub relengthened: Vec<u32>,
     pub with_rhombi: Vec<u32>,
@@ -27,20 +30,42 @@ impl Paper {
     /// Divides what is not flat yet, and tiles. `None` when there is no patch graph, or no lengths for it.
     pub fn new(
         input: &Input,
-        mut draft: Draft,
+        draft: &Draft,
         edge_length: f64,
         options: &SurfaceOptions,
         lap: &mut impl FnMut(usize),
         monitor: &Monitor,
     ) -> Result<Option<Self>, SurfaceError> {
-        if !draft.finish(monitor)? {
-            return Ok(None);
-        }
-        let Some(layout) = draft.layout() else { return Ok(None) };
-        lap(1);
         let seed = if let Fill::Random { seed, .. } = options.fill { seed } else { 0 };
-        let Some(paving) = pave(&layout.graph, edge_length, seed, monitor)? else { return Ok(None) };
+        let mut best: Option<(Layout, Paving)> = None;
+        for mixed in WARY {
+            let mut draft = draft.clone();
+            if !draft.finish(mixed, monitor)? {
+                continue;
+            }
+            let Some(layout) = draft.layout() else { continue };
+            lap(1);
+            let Some(paving) = pave(&layout.graph, edge_length, seed, monitor)? else { continue };
+            lap(2);
+            if best.as_ref().is_none_or(|(_, known)| paving.rhombi() < known.rhombi()) {
+                best = Some((layout, paving));
+            }
+            if best.as_ref().is_some_and(|(_, known)| known.rhombi() == 0) {
+                break;
+            }
+        }
+        lap(1);
+        let Some((layout, mut paving)) = best else { return Ok(None) };
         let mut pattern = placed(draft.charts(), &layout, &paving, monitor)?;
+        let mut refilled = (0, 0);
+        if let Fill::Random { seed, patch_panels } = options.fill {
+            // Across the sides of patches too.
+            refilled = fill::refill(&mut pattern, patch_panels, seed, monitor)?;
+            for (kind, tile) in paving.kinds.iter_mut().zip(&pattern.tiles).filter(|(kind, _)| **kind != Kind::Rhombus)
+            {
+                *kind = if tile.len() == 3 { Kind::Triangle } else { Kind::Square };
+            }
+        }
         lap(2);
         let turned = shape::shape(&input.mesh, &layout.curves, &mut pattern, options.shape, monitor)?;
         lap(3);
@@ -48,6 +73,7 @@ impl Paper {
             pattern,
             kinds: paving.kinds,
             turned,
+            refilled,
             graph: layout.graph,
             relengthened: paving.relengthened,
             with_rhombi: paving.with_rhombi,
@@ -64,8 +90,8 @@ impl Paper {
         let (defects, interior_vertices) = panels::defects(&mesh);
         Ok(SurfaceTiling {
             edge_length,
-            patches: 0,
-            changed_patches: 0,
+            patches: self.refilled.0,
+            changed_patches: self.refilled.1,
             panels: Panel::all(&mesh, &self.kinds),
             mesh,
             turned: self.turned,

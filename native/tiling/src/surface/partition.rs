@@ -23,7 +23,10 @@ const BEND: f64 = 0.12;
 const PART: f64 = 0.12;
 const STRONG_DEFECT: f64 = 0.3;
 const CREASE: f64 = 4.0;
-const MIXED: f64 = 0.5;
+
+/// Weights against patches that are not of one lattice, and may have no tiling: the first partition seldom has such; the second
+/// is tried where the first leads nowhere, or to rhombi.
+pub(super) const WARY: [f64; 2] = [3.0, 0.5];
 
 /// What is expected of a part that is not flat yet, for each 30 degrees.
 const AHEAD: f64 = 1.2;
@@ -36,12 +39,15 @@ const STRAIGHT: f64 = 0.5;
 /// The shortest side, in edges.
 const SHORTEST: f64 = 1.3;
 
-/// Most sides of a region that gets an n-ary partition.
-const MOST_SIDES: usize = 6;
+/// Most n-ary partitions of a region that are drawn.
+const MOST_CONES: usize = 48;
+
+/// Sides of a region from which on only their middles are ends of curves.
+const MANY_SIDES: usize = 7;
 
 /// Regions looked at for each 30 degrees of a chart's defect, and how they are shared: about so many partitions of a region
 /// are followed, each with this many times the least it needs at least.
-pub(super) const BUDGET: f64 = 40.0;
+pub(super) const BUDGET: f64 = 24.0;
 const FOLLOWED: f64 = 4.0;
 const BRANCHING: f64 = 1.5;
 const MOST_FOLLOWED: usize = 24;
@@ -50,6 +56,8 @@ const MOST_FOLLOWED: usize = 24;
 pub(super) struct Ground<'a> {
     pub charts: &'a [Chart],
     pub edge_length: f64,
+    /// Weight against patches of more than one lattice, of [`WARY`].
+    pub mixed: f64,
     /// Creases that are not followed, as segments in each chart.
     pub creases: &'a [Vec<[DVec2; 2]>],
 }
@@ -99,7 +107,7 @@ impl Ground<'_> {
         }
         let defect = part.defect();
         let polygon = part.polygon();
-        let error = (part.curvature(&self.charts[part.chart], &polygon) - f64::from(defect)).abs();
+        let error = (self.charts[part.chart].curvature_within(&polygon) - f64::from(defect)).abs();
         if defect != 0 {
             if is_final {
                 return error;
@@ -113,12 +121,12 @@ impl Ground<'_> {
         }
         // Parts of one lattice surely have a tiling.
         let is_of = |step: u8| part.corners.iter().all(|c| c % step == 0);
-        let mixed = if is_of(2) || is_of(3) { 0.0 } else { MIXED };
-        error + GAP * self.gap(part, &sides) + mixed
+        let mixed = if is_of(2) || is_of(3) { 0.0 } else { self.mixed };
+        error + GAP * Self::gap(part, &sides) + mixed
     }
 
     /// How far the sides of a flat part, at their lengths and directions, are from closing, over its circumference.
-    fn gap(&self, part: &Region, sides: &[(usize, usize)]) -> f64 {
+    fn gap(part: &Region, sides: &[(usize, usize)]) -> f64 {
         let (mut end, mut around, mut direction) = (DVec2::ZERO, 0.0, 0i32);
         for &side in sides {
             direction += 6 - i32::from(part.corners[side.0]);
@@ -150,7 +158,8 @@ impl Ground<'_> {
             (0..region.arcs.len()).filter(|&k| region.corners[k] >= 4).map(|arc| Place { arc, t: None }).collect();
         for side in region.sides() {
             let length = region.length(side);
-            for fraction in [0.25, 0.5, 0.75] {
+            let fractions: &[f64] = if region.sides().len() < MANY_SIDES { &[0.25, 0.5, 0.75] } else { &[0.5] };
+            for fraction in fractions {
                 let along = fraction * length;
                 if along > snap && length - along > snap {
                     places.push(region.place(side.0, along, snap));
@@ -315,7 +324,7 @@ impl Ground<'_> {
         let sides = region.sides();
         let polygon = region.polygon();
         let chart = &self.charts[region.chart];
-        if sides.len() >= 3 && sides.len() <= MOST_SIDES {
+        if sides.len() >= 3 {
             for cone in cones(region, &sides, snap) {
                 monitor.check()?;
                 let places: Vec<Place> =
@@ -441,7 +450,7 @@ struct Cone {
 /// All partitions of a region into flat parts about one point, as if it were a flat cone.
 fn cones(region: &Region, sides: &[(usize, usize)], snap: f64) -> Vec<Cone> {
     let defect = region.defect();
-    if !(1..=4).contains(&defect.abs()) || !(3..=MOST_SIDES).contains(&sides.len()) {
+    if !(1..=4).contains(&defect.abs()) || sides.len() < 3 {
         return Vec::new();
     }
     let n = sides.len();
@@ -460,38 +469,47 @@ fn cones(region: &Region, sides: &[(usize, usize)], snap: f64) -> Vec<Cone> {
     let turn = DVec2::from_angle(-f64::from(defect) * std::f64::consts::FRAC_PI_6);
     let rest = DVec2::X - turn;
     let tip = DVec2::new(rest.x, -rest.y).rotate(corner) / rest.length_squared();
+    let feet: Vec<Vec<(usize, f64, u8)>> = (0..)
+        .zip(&unfolded)
+        .map(|(k, &(corner, along, length, _))| {
+            let to = tip - corner;
+            let (ahead, height) = (to.dot(along), along.perp_dot(to));
+            (2..=4u8)
+                .map(|right| (k, ahead - height / (f64::from(right) * std::f64::consts::FRAC_PI_6).tan(), right))
+                .filter(|&(_, foot, _)| height > 0.0 && foot > snap && foot < length - snap)
+                .collect()
+        })
+        .collect();
+    let bearing = |foot: &(usize, f64, u8)| unfolded[foot.0].3 + i32::from(foot.2);
     let mut found = Vec::new();
-    let mut chosen: Vec<Vec<(usize, f64, u8)>> = vec![Vec::new()];
-    for (k, &(corner, along, length, _)) in unfolded.iter().enumerate() {
-        let to = tip - corner;
-        let (ahead, height) = (to.dot(along), along.perp_dot(to));
-        let feet: Vec<(usize, f64, u8)> = (2..=4u8)
-            .map(|right| (k, ahead - height / (f64::from(right) * std::f64::consts::FRAC_PI_6).tan(), right))
-            .filter(|&(_, foot, _)| height > 0.0 && foot > snap && foot < length - snap)
-            .collect();
-        // A side may go without, if enough others have a curve.
-        chosen = chosen
-            .into_iter()
-            .flat_map(|done| {
-                let with = feet.iter().map(|&foot| [done.as_slice(), &[foot]].concat()).collect::<Vec<_>>();
-                std::iter::once(done).chain(with)
-            })
-            .collect();
-    }
-    for feet in chosen.into_iter().filter(|feet| feet.len() >= 3 && feet.len() + 1 >= n) {
-        let bearing = |k: usize| unfolded[feet[k].0].3 + i32::from(feet[k].2);
-        let m = feet.len();
-        let centre: Vec<i32> = (0..m)
-            .map(|k| if k + 1 < m { bearing(k + 1) - bearing(k) } else { bearing(0) + 12 - defect - bearing(k) })
-            .collect();
-        if centre.iter().all(|c| (2..=5).contains(c)) {
+    // Curves in the order of their sides, some sides without, by the angles between neighbours.
+    let mut open: Vec<Vec<(usize, f64, u8)>> = feet.iter().flatten().map(|&foot| vec![foot]).collect();
+    while let Some(chosen) = open.pop() {
+        let (first, last) = (chosen[0], chosen[chosen.len() - 1]);
+        let closing = bearing(&first) + 12 - defect - bearing(&last);
+        if chosen.len() >= 3 && (2..=5).contains(&closing) {
+            let mut centre: Vec<u8> = chosen.windows(2).map(|w| (bearing(&w[1]) - bearing(&w[0])) as u8).collect();
+            centre.push(closing as u8);
             found.push(Cone {
-                feet: feet.iter().map(|&(side, length, _)| (side, length)).collect(),
-                right: feet.iter().map(|foot| foot.2).collect(),
-                centre: centre.into_iter().map(|c| c as u8).collect(),
+                feet: chosen.iter().map(|&(side, length, _)| (side, length)).collect(),
+                right: chosen.iter().map(|foot| foot.2).collect(),
+                centre,
             });
         }
+        for foot in feet[last.0 + 1..].iter().flatten() {
+            if (2..=5).contains(&(bearing(foot) - bearing(&last))) {
+                open.push([chosen.as_slice(), &[*foot]].concat());
+            }
+        }
     }
+    // Those that divide angles evenly, into few parts, are most often the best.
+    let odd = |cone: &Cone| {
+        let uneven = cone.right.iter().filter(|&&right| right != 3).count();
+        let sharp = cone.centre.iter().map(|&c| usize::from(c == 5)).sum::<usize>();
+        2 * sharp + uneven + cone.centre.len() + 2 * n.abs_diff(cone.centre.len())
+    };
+    found.sort_by_key(odd);
+    found.truncate(MOST_CONES);
     found
 }
 
@@ -564,16 +582,12 @@ impl Search<'_> {
             let (mut sum, mut patches) = (0.0, Vec::new());
             for part in &division.parts {
                 let of_part = if least > 0.0 { share * least_budget(part) / least } else { 0.0 };
-                match self.solve(part, of_part, limit - sum)? {
-                    Some((score, found)) => {
-                        sum += score;
-                        patches.extend(found);
-                    }
-                    None => {
-                        sum = f64::INFINITY;
-                        break;
-                    }
-                }
+                let Some((score, found)) = self.solve(part, of_part, limit - sum)? else {
+                    sum = f64::INFINITY;
+                    break;
+                };
+                sum += score;
+                patches.extend(found);
             }
             left -= if least > 0.0 { share } else { 0.0 };
             if sum < limit {

@@ -15,7 +15,7 @@ use crate::plane::Point;
 use crate::rhombi::tile_with_rhombi;
 use crate::tile::Kind;
 use crate::tilings::find_tiling;
-use crate::{Boundary, Options, TilingError};
+use crate::{Boundary, Certificate, Options, TilingError};
 use mesh::{DVec3, Monitor};
 use solve::cholesky::Factor;
 use std::collections::BTreeMap;
@@ -25,6 +25,9 @@ const MEMORY: usize = 1 << 29;
 
 /// How often other lengths are tried before rhombi are laid.
 const OTHER_LENGTHS: usize = 1;
+
+/// Most rhombi that the certificate may ask for in a patch; with more, the patch graph is not worth keeping.
+const MOST_RHOMBI: i32 = 16;
 
 /// Weights of the harmonic map: half the cotangent of 60 and of 45 degrees.
 const TRIANGLE_WEIGHT: f64 = 0.288_675_134_594_812_9;
@@ -103,6 +106,9 @@ pub(super) fn pave(
             continue;
         }
         let Ok(boundary) = Boundary::new(&code(&graph.patches[p], &chosen)) else { return Ok(None) };
+        if Certificate::new(boundary.directions()).defect.abs() > MOST_RHOMBI {
+            return Ok(None);
+        }
         match tile_with_rhombi(&boundary, seed, &Options { memory: MEMORY }, monitor) {
             Ok(Some(found)) => *tiling = Some(Filling { tiling: found.tiling, boundary, start: 0, slit: 0 }),
             Ok(None) | Err(TilingError::Unsettled { .. } | TilingError::Memory { .. }) => return Ok(None),
@@ -204,6 +210,12 @@ fn stitch(
         sheets.push(Sheet { vertices, outline, slit: filling.slit, tiles: sheet_tiles });
     }
     Paving { steps, tiles, kinds, along, sheets, vertex_count: count as usize, relengthened, with_rhombi }
+}
+
+impl Paving {
+    pub fn rhombi(&self) -> usize {
+        self.kinds.iter().filter(|&&kind| kind == Kind::Rhombus).count()
+    }
 }
 
 impl Sheet {

@@ -4,7 +4,7 @@
 //! so that a cut that a chart meets twice needs no special care. A region is what its arcs enclose. Dividing one leaves
 //! all other regions as they are: a point put on a shared curve is a corner of 180 degrees to the region across.
 
-use super::chart::{Chart, contains, cross};
+use super::chart::{contains, cross};
 use glam::DVec2;
 use mesh::DVec3;
 use std::sync::Arc as Shared;
@@ -147,12 +147,6 @@ impl Region {
         polygon
     }
 
-    /// Curvature inside, in units of 30 degrees.
-    pub fn curvature(&self, chart: &Chart, polygon: &[DVec2]) -> f64 {
-        let inside = chart.curvature.iter().filter(|(p, _)| contains(polygon, *p)).map(|(_, k)| k);
-        inside.sum::<f64>() * 6.0 / std::f64::consts::PI
-    }
-
     /// The sides: arcs from one corner that is none of 180 degrees to the next, first arc and how many.
     pub fn sides(&self) -> Vec<(usize, usize)> {
         let n = self.arcs.len();
@@ -209,7 +203,7 @@ impl Region {
     pub fn frame(&self, place: Place) -> (DVec2, DVec2, f64) {
         let n = self.arcs.len();
         let arc = &self.arcs[place.arc];
-        // Directions are those over a hundredth of a side: single segments of a cut along mesh edges mean little.
+        // Directions are those over a twelfth of an arc: single segments of a cut along mesh edges mean little.
         let ahead = |arc: &Arc, from: f64| {
             let reach = 0.08 * arc.length();
             let start = arc.line.length_at(from);
