@@ -2,8 +2,9 @@
 
     run.py --extension out/quadloom-0.1.0.zip --out out/pictures
 
-The panel is photographed in a real Blender on a virtual display; the results are drawn by demo/demo.py. Nothing is compared
-pixel by pixel: a picture differs between drivers and versions. It fails when Blender does, or when a picture is missing.
+The panel is photographed in a real Blender on a virtual display; the results are drawn by demo/demo.py and
+demo/surfaces.py. Nothing is compared pixel by pixel: a picture differs between drivers and versions. It fails when Blender
+does, or when a picture is missing.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import blenders  # noqa: E402  (found through the line above)
 
-PANEL = ("panel-ready.png", "panel-grey.png", "panel-tile-curve.png")
+PANEL = ("panel-ready.png", "panel-grey.png", "panel-tile-curve.png", "panel-tile-surface.png")
 SECONDS = 1800
 
 
@@ -37,7 +38,8 @@ def main() -> int:
         codes = [blender.run(inside / "install.py", [str(extension)], **places).returncode]
         codes.append(blender.run(inside / "windowed.py", [home, str(out)], background=False, **places).returncode)
     demo = ["--extension", str(extension), "--out", str(out)]
-    codes.append(blenders.ensure("bpy-5.0").run(ROOT / "demo" / "demo.py", demo, timeout=SECONDS).returncode)
+    for script in ("demo.py", "surfaces.py"):
+        codes.append(blenders.ensure("bpy-5.0").run(ROOT / "demo" / script, demo, timeout=SECONDS).returncode)
     missing = [name for name in PANEL if not (out / name).exists()]
     if missing:
         print(f"not drawn: {', '.join(missing)}")

@@ -270,7 +270,8 @@ fn a_sheet_too_small_names_the_panels() {
 #[test]
 fn unusable_meshes_are_named() {
     let mut points: Vec<DVec3> = (0..6).map(|k| DVec3::new(f64::from(k), f64::from(k * k), 0.0)).collect();
-    let mesh = |points: &[DVec3], faces: &[Vec<u32>]| PolygonMesh::from_polygons(points.to_vec(), faces).expect("indices");
+    let mesh =
+        |points: &[DVec3], faces: &[Vec<u32>]| PolygonMesh::from_polygons(points.to_vec(), faces).expect("indices");
     let good = vec![vec![0, 1, 2]];
     assert_eq!(of(&mesh(&points, &[]), 0.1, false), Err(ScheduleError::Empty));
     let pentagon = vec![vec![0, 1, 2], vec![0, 1, 2, 3, 4]];
@@ -308,7 +309,9 @@ fn many_different_panels_take_no_quadratic_time() {
     let n = 142_u32;
     let height = |i: u32, j: u32| (f64::from(i * i) * 0.37).sin() * 0.05 + (f64::from(j * j) * 0.73).cos() * 0.05;
     let positions = (0..=n)
-        .flat_map(|i| (0..=n).map(move |j| DVec3::new(f64::from(i) + height(j, i), f64::from(j) + height(i, j), height(i, j))))
+        .flat_map(|i| {
+            (0..=n).map(move |j| DVec3::new(f64::from(i) + height(j, i), f64::from(j) + height(i, j), height(i, j)))
+        })
         .collect();
     let at = |i: u32, j: u32| i * (n + 1) + j;
     let faces: Vec<[u32; 4]> = (0..n)

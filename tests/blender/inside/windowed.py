@@ -103,6 +103,22 @@ def test_a_modal_tiling_makes_the_panels_in_one_undo_step() -> Generator[None, N
     assert [obj.name for obj in bpy.data.objects] == [source]
 
 
+def test_a_modal_surface_tiling_makes_the_panels_in_one_undo_step() -> Generator[None, None, None]:
+    for block in (*bpy.data.objects, *bpy.data.meshes):
+        bpy.data.batch_remove([block])
+    shapes.choose(shapes.add("Ball", shapes.ball(12)))
+    bpy.ops.ed.undo_push(message="a ball")
+    with bpy.context.temp_override(**view()):
+        assert bpy.ops.quadloom.tile_surface("INVOKE_DEFAULT", True, panel_count=300) == {"RUNNING_MODAL"}
+    yield from until_done()
+    assert {len(face.vertices) for face in bpy.data.objects["Ball Panels"].data.polygons} == {3, 4}
+    with bpy.context.temp_override(**view()):
+        bpy.ops.ed.undo()
+    yield
+    assert [obj.name for obj in bpy.data.objects] == ["Ball"]
+    assert not bpy.data.objects["Ball"].hide_get()
+
+
 def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     start(12, operation="union", hide_inputs=False)
     yield from until_done()
@@ -130,6 +146,16 @@ def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     for _ in range(20):
         yield
     photograph(folder, "panel-tile-curve.png")
+    # The sidebar has no room for all: those above make place.
+    for name in ("tile_curve", "retopologize", "main"):
+        sys.modules[f"{EXTENSION}.panels.{name}"].unregister()
+    shapes.choose(bpy.data.objects["A"])
+    with bpy.context.temp_override(**view()):
+        bpy.ops.quadloom.tile_surface(panel_count=400, color_by="type", type_tolerance=0.02)
+    sidebar.tag_redraw()
+    for _ in range(20):
+        yield
+    photograph(folder, "panel-tile-surface.png")
 
 
 def photograph(folder: Path | None, name: str) -> None:
@@ -145,6 +171,7 @@ def run(folder: Path, pictures: Path | None) -> Generator[None, None, None]:
         test_a_modal_run_makes_the_result_in_one_undo_step(),
         test_esc_cancels_and_leaves_nothing(),
         test_a_modal_tiling_makes_the_panels_in_one_undo_step(),
+        test_a_modal_surface_tiling_makes_the_panels_in_one_undo_step(),
         test_the_panel_draws(pictures),
     ]
     for test in tests:

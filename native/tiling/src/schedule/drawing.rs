@@ -16,7 +16,7 @@ use svg::node::element::{Group, Polygon, Rectangle, Text as Label};
 pub enum Format {
     /// Scalable Vector Graphics 1.1.
     Svg,
-    /// Drawing Exchange Format of AutoCAD 2000: text.
+    /// Drawing Exchange Format of `AutoCAD` 2000: text.
     Dxf,
 }
 
@@ -94,15 +94,18 @@ fn to_svg(sheets: &Sheets, words: &[Word]) -> String {
     let (width, height) = (last + sheets.size[0], sheets.size[1]);
     // The y axis of SVG points down.
     let short = |x: f64| format!("{x:.4}");
-    let mut frames = Group::new().set("id", "sheets").set("fill", "none").set("stroke", "#999999").set("stroke-width", CUT_WIDTH);
+    let mut frames =
+        Group::new().set("id", "sheets").set("fill", "none").set("stroke", "#999999").set("stroke-width", CUT_WIDTH);
     for origin in &sheets.origins {
         let frame = Rectangle::new().set("x", short(origin[0])).set("y", 0);
         frames = frames.add(frame.set("width", short(sheets.size[0])).set("height", short(sheets.size[1])));
     }
-    let mut outlines = Group::new().set("id", "cut").set("fill", "none").set("stroke", "#ff0000").set("stroke-width", CUT_WIDTH);
+    let mut outlines =
+        Group::new().set("id", "cut").set("fill", "none").set("stroke", "#ff0000").set("stroke-width", CUT_WIDTH);
     for panel in &sheets.panels {
         let points: Vec<String> = panel.outline.iter().map(|p| format!("{:.4},{:.4}", p[0], height - p[1])).collect();
-        outlines = outlines.add(Polygon::new().set("id", format!("panel-{}", panel.id)).set("points", points.join(" ")));
+        outlines =
+            outlines.add(Polygon::new().set("id", format!("panel-{}", panel.id)).set("points", points.join(" ")));
     }
     let mut labels = Group::new().set("id", "labels").set("fill", "#0000ff").set("text-anchor", "middle");
     labels = labels.set("font-family", "sans-serif");
@@ -122,17 +125,23 @@ fn to_svg(sheets: &Sheets, words: &[Word]) -> String {
     document.to_string()
 }
 
-fn to_dxf(sheets: &Sheets, words: &[Word]) -> Result<String, ScheduleError> {
-    let mut drawing = Drawing::new();
-    drawing.header.version = AcadVersion::R2000;
-    drawing.header.default_drawing_units = Units::Millimeters;
-    // The crate would put the time and a random number into each file: the same panels are to be the same bytes.
+/// The crate puts the time and a random number into each file, but the same panels are to be the same bytes.
+// The types are those of crates that this one does not name.
+#[allow(clippy::default_trait_access)]
+fn make_timeless(drawing: &mut Drawing) {
     drawing.header.creation_date = Default::default();
     drawing.header.creation_date_universal = Default::default();
     drawing.header.update_date = Default::default();
     drawing.header.update_date_universal = Default::default();
     drawing.header.fingerprint_guid = Default::default();
     drawing.header.version_guid = Default::default();
+}
+
+fn to_dxf(sheets: &Sheets, words: &[Word]) -> Result<String, ScheduleError> {
+    let mut drawing = Drawing::new();
+    drawing.header.version = AcadVersion::R2000;
+    drawing.header.default_drawing_units = Units::Millimeters;
+    make_timeless(&mut drawing);
     for (name, color) in [(CUT_LAYER, 1), (LABEL_LAYER, 5), (SHEET_LAYER, 8)] {
         drawing.add_layer(Layer { name: name.to_owned(), color: Color::from_index(color), ..Layer::default() });
     }

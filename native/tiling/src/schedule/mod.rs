@@ -7,11 +7,13 @@
 mod drawing;
 mod panel;
 mod sheets;
+mod summary;
 mod tables;
 mod types;
 
 pub use drawing::Format;
 pub use sheets::SheetOptions;
+pub use summary::Summary;
 pub use tables::Table;
 
 use mesh::{Cancelled, DVec3, Monitor, PolygonMesh, sorted};
@@ -184,7 +186,8 @@ impl Schedule {
     pub fn of(mesh: &PolygonMesh, options: &ScheduleOptions, monitor: &Monitor) -> Result<Self, ScheduleError> {
         monitor.stage("measuring", 0.0)?;
         check(mesh)?;
-        let flats: Vec<Flat> = (0..mesh.face_count()).map(|f| Flat::of(&mesh.face_points(f).collect::<Vec<_>>())).collect();
+        let flats: Vec<Flat> =
+            (0..mesh.face_count()).map(|f| Flat::of(&mesh.face_points(f).collect::<Vec<_>>())).collect();
         let flat = faces(mesh, |f| !flats[f].is_sound());
         if !flat.is_empty() {
             return Err(ScheduleError::NoArea(flat));
@@ -193,13 +196,15 @@ impl Schedule {
         let mean_edge = flats.iter().flat_map(|flat| &flat.edges).map(|length| length / corners).sum::<f64>();
         let tolerance = options.tolerance.unwrap_or(DEFAULT_TOLERANCE * mean_edge);
         if !(tolerance > 0.0 && tolerance.is_finite()) {
-            let sentence = format!("the tolerance is {tolerance}; it must be a length above 0, the mean edge is {mean_edge}");
+            let sentence =
+                format!("the tolerance is {tolerance}; it must be a length above 0, the mean edge is {mean_edge}");
             return Err(ScheduleError::Option(sentence));
         }
         let (models, fits) = types::sort(&flats, tolerance, options.mirror, monitor)?;
         let mut edges = edge_rows(mesh);
         let edge_classes = classify(&mut edges, tolerance);
-        let beyond: BTreeMap<[u32; 2], &[u32]> = edges.iter().map(|edge| (edge.nodes, edge.panels.as_slice())).collect();
+        let beyond: BTreeMap<[u32; 2], &[u32]> =
+            edges.iter().map(|edge| (edge.nodes, edge.panels.as_slice())).collect();
         let (order, rank) = types::ranked(&flats, &models, &fits);
         let panels: Vec<PanelRow> = flats
             .iter()
@@ -230,7 +235,7 @@ impl Schedule {
             })
             .collect();
         let types = types::rows(&order, &models, &panels);
-        let nodes = mesh.positions.iter().map(|p| p.to_array()).collect();
+        let nodes = mesh.positions.iter().map(DVec3::to_array).collect();
         Ok(Self { version: VERSION, tolerance, mirror: options.mirror, nodes, panels, types, edges, edge_classes })
     }
 
@@ -244,8 +249,7 @@ fn check(mesh: &PolygonMesh) -> Result<(), ScheduleError> {
     if mesh.face_count() == 0 {
         return Err(ScheduleError::Empty);
     }
-    let bad: Vec<u32> =
-        (0..mesh.vertex_count() as u32).filter(|&v| !mesh.positions[v as usize].is_finite()).collect();
+    let bad: Vec<u32> = (0..mesh.vertex_count() as u32).filter(|&v| !mesh.positions[v as usize].is_finite()).collect();
     if !bad.is_empty() {
         return Err(ScheduleError::NotFinite(bad));
     }

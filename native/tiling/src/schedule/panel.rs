@@ -52,7 +52,8 @@ impl Flat {
         let heights: Vec<f64> = own.iter().map(|p| p.dot(up)).collect();
         let [low, high] = [f64::min, f64::max].map(|pick| heights.iter().copied().reduce(pick).unwrap_or(0.0));
         let middle = f64::midpoint(low, high);
-        let corners = own.iter().zip(&heights).map(|(p, z)| DVec3::new(p.dot(right), p.dot(back), z - middle)).collect();
+        let corners =
+            own.iter().zip(&heights).map(|(p, z)| DVec3::new(p.dot(right), p.dot(back), z - middle)).collect();
         let deviation = if n == 3 { 0.0 } else { (high - low) / 2.0 };
         Self { corners, edges, diagonals, area: vector.length() * size * size, deviation }
     }

@@ -62,7 +62,9 @@ impl Sheets {
         if let Some([width, height]) = sheet
             && !(is_length(width) && is_length(height))
         {
-            return Err(ScheduleError::Option(format!("the sheet is {width} by {height}; both must be lengths above 0")));
+            return Err(ScheduleError::Option(format!(
+                "the sheet is {width} by {height}; both must be lengths above 0"
+            )));
         }
         let corners: usize = schedule.panels.iter().map(|panel| panel.edges.len()).sum();
         let mean = schedule.panels.iter().flat_map(|panel| &panel.edges).map(|x| x / corners as f64).sum::<f64>();

@@ -59,7 +59,9 @@ impl Schedule {
                 return Err(format!("panel {id} is not complete, or names what is not there"));
             }
         }
-        let is_sound = |model: u32, corners: u32| below(model, panels) && self.panels[model as usize].nodes.len() == corners as usize;
+        let is_sound = |model: u32, corners: u32| {
+            below(model, panels) && self.panels[model as usize].nodes.len() == corners as usize
+        };
         if let Some(row) = self.types.iter().find(|row| !is_sound(row.model, row.corners)) {
             return Err(format!("the model of type {} is no such panel", row.name));
         }
@@ -80,10 +82,11 @@ impl Schedule {
     /// None that this crate knows of; the writer may fail in principle.
     pub fn to_csv(&self, table: Table) -> Result<String, ScheduleError> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let mut write = |row: Vec<String>| writer.write_record(row).map_err(|cause| ScheduleError::Text(cause.to_string()));
+        let mut write =
+            |row: Vec<String>| writer.write_record(row).map_err(|cause| ScheduleError::Text(cause.to_string()));
         match table {
             Table::Panels => {
-                write(self.panel_headings())?;
+                write(panel_headings())?;
                 self.panels.iter().try_for_each(|panel| write(self.panel_cells(panel)))?;
             }
             Table::Types => {
@@ -103,7 +106,11 @@ impl Schedule {
                 }
             }
             Table::Edges => {
-                write(["edge", "node_1", "node_2", "length", "class", "class_length", "panels"].map(str::to_owned).to_vec())?;
+                write(
+                    ["edge", "node_1", "node_2", "length", "class", "class_length", "panels"]
+                        .map(str::to_owned)
+                        .to_vec(),
+                )?;
                 for (id, edge) in self.edges.iter().enumerate() {
                     let class = &self.edge_classes[edge.class as usize];
                     let panels: Vec<String> = edge.panels.iter().map(u32::to_string).collect();
@@ -123,14 +130,9 @@ impl Schedule {
         String::from_utf8(bytes).map_err(|cause| ScheduleError::Text(cause.to_string()))
     }
 
-    fn panel_headings(&self) -> Vec<String> {
-        let heads = ["panel", "type", "corners", "mirrored", "misfit", "area", "planarity", "deviation"].map(str::to_owned);
-        let lists = [("node", 4), ("neighbour", 4), ("edge", 4), ("diagonal", 2)];
-        heads.into_iter().chain(lists.into_iter().flat_map(|(name, n)| numbered(name, n))).collect()
-    }
-
     fn panel_cells(&self, panel: &PanelRow) -> Vec<String> {
-        let neighbours = panel.neighbours.iter().map(|other| other.map_or(String::new(), |id| id.to_string())).collect();
+        let neighbours =
+            panel.neighbours.iter().map(|other| other.map_or(String::new(), |id| id.to_string())).collect();
         let mut cells = vec![
             panel.id.to_string(),
             self.types[panel.kind as usize].name.clone(),
@@ -144,6 +146,12 @@ impl Schedule {
         cells.extend(padded(&panel.diagonals, 2));
         cells
     }
+}
+
+fn panel_headings() -> Vec<String> {
+    let heads = ["panel", "type", "corners", "mirrored", "misfit", "area", "planarity", "deviation"].map(str::to_owned);
+    let lists = [("node", 4), ("neighbour", 4), ("edge", 4), ("diagonal", 2)];
+    heads.into_iter().chain(lists.into_iter().flat_map(|(name, n)| numbered(name, n))).collect()
 }
 
 /// Headings of a list: `edge_1`, `edge_2`, ...
