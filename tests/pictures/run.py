@@ -3,8 +3,8 @@
     run.py --extension out/quadloom-0.1.0.zip --out out/pictures
 
 The panel is photographed in a real Blender on a virtual display; the results are drawn by demo/demo.py and
-demo/retopology.py. Nothing is compared
-pixel by pixel: a picture differs between drivers and versions. It fails when Blender does, or when a picture is missing.
+demo/retopology.py and demo/surfaces.py. Nothing is compared pixel by pixel: a picture differs between drivers
+and versions. It fails when Blender does, or when a picture is missing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import blenders  # noqa: E402  (found through the line above)
 
-PANEL = ("panel-ready.png", "panel-grey.png", "panel-tile-curve.png", "panel-retopologize.png")
+PANEL = tuple(
+    f"panel-{name}.png" for name in ("ready", "grey", "tile-curve", "retopologize", "tile-surface")
+)  # fmt: skip
 SECONDS = 1800
 
 
@@ -38,9 +40,8 @@ def main() -> int:
         codes = [blender.run(inside / "install.py", [str(extension)], **places).returncode]
         codes.append(blender.run(inside / "windowed.py", [home, str(out)], background=False, **places).returncode)
     demo = ["--extension", str(extension), "--out", str(out)]
-    codes.append(blenders.ensure("bpy-5.0").run(ROOT / "demo" / "demo.py", demo, timeout=SECONDS).returncode)
-    retopology = ROOT / "demo" / "retopology.py"
-    codes.append(blenders.ensure("bpy-5.0").run(retopology, demo, timeout=SECONDS).returncode)
+    for script in ("demo.py", "retopology.py", "surfaces.py"):
+        codes.append(blenders.ensure("bpy-5.0").run(ROOT / "demo" / script, demo, timeout=SECONDS).returncode)
     missing = [name for name in PANEL if not (out / name).exists()]
     if missing:
         print(f"not drawn: {', '.join(missing)}")

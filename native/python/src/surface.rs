@@ -249,22 +249,10 @@ fn report<'py>(
     made: &SurfaceTiling,
     schedule: &Inner,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let report = PyDict::new(py);
-    let quads: Vec<f64> =
-        schedule.panels.iter().filter(|panel| panel.nodes.len() == 4).map(|panel| panel.planarity).collect();
-    let lengths = || schedule.edges.iter().map(|edge| edge.length);
-    let count = schedule.edges.len() as f64;
-    let mean = lengths().map(|length| length / count).sum::<f64>();
-    let spread = lengths().map(|length| (length / mean - 1.0).powi(2)).sum::<f64>() / count;
-    report.set_item("panels", schedule.panels.len())?;
-    report.set_item("triangles", schedule.panels.len() - quads.len())?;
-    report.set_item("quads", quads.len())?;
-    report.set_item("types", schedule.types.len())?;
+    let summary = serde_json::to_string(&schedule.summary())
+        .map_err(|cause| errors::raise_plain::<InternalError>(py, "internal", cause.to_string()))?;
+    let report: Bound<'py, PyDict> = py.import("json")?.call_method1("loads", (summary,))?.extract()?;
     report.set_item("edge_length", made.edge_length)?;
-    report.set_item("edge_length_mean", mean)?;
-    report.set_item("edge_length_spread", spread.sqrt())?;
-    report.set_item("planarity_mean", quads.iter().sum::<f64>() / quads.len().max(1) as f64)?;
-    report.set_item("planarity_max", quads.iter().copied().fold(0.0, f64::max))?;
     report.set_item("irregular_vertices", made.defects.len())?;
     report.set_item("interior_vertices", made.interior_vertices)?;
     report.set_item("patches", made.patch_graph.as_ref().map(|graph| graph.patches.len()))?;
@@ -274,17 +262,22 @@ fn report<'py>(
     report.set_item("changed_patches", made.changed_patches)?;
     let seconds: BTreeMap<&str, f64> = made.stages.iter().map(|(stage, time)| (*stage, time.as_secs_f64())).collect();
     report.set_item("seconds", seconds)?;
+    report.set_item("warnings", warnings(asked, partition, made))?;
+    Ok(report)
+}
+
+fn warnings(asked: PanelSize, partition: Partition, made: &SurfaceTiling) -> Vec<String> {
     let mut warnings = Vec::new();
+    let panels = made.mesh.face_count() as u32;
     match asked {
         PanelSize::EdgeLength(length) if made.edge_length < length * (1.0 - 1e-9) => warnings.push(format!(
             "panels of the size asked for have no room on this surface; their edges are {:.4} long",
             made.edge_length
         )),
-        PanelSize::Count(count) if (schedule.panels.len() as f64 / f64::from(count)).ln().abs() > NEAR_COUNT => {
+        PanelSize::Count(count) if (f64::from(panels) / f64::from(count)).ln().abs() > NEAR_COUNT => {
             warnings.push(format!(
-                "{count} panels were asked for and {} made: borders and followed edges leave no other size",
-                schedule.panels.len()
-            ))
+                "{count} panels were asked for and {panels} made: borders and followed edges leave no other size"
+            ));
         }
         _ => {}
     }
@@ -300,6 +293,5 @@ fn report<'py>(
     if !made.turned.is_empty() {
         warnings.push(format!("{} panels are turned over; smaller panels may fit", made.turned.len()));
     }
-    report.set_item("warnings", warnings)?;
-    Ok(report)
+    warnings
 }

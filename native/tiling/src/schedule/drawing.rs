@@ -16,7 +16,7 @@ use svg::node::element::{Group, Polygon, Rectangle, Text as Label};
 pub enum Format {
     /// Scalable Vector Graphics 1.1.
     Svg,
-    /// Drawing Exchange Format of AutoCAD 2000: text.
+    /// Drawing Exchange Format of `AutoCAD` 2000: text.
     Dxf,
 }
 
@@ -125,17 +125,23 @@ fn to_svg(sheets: &Sheets, words: &[Word]) -> String {
     document.to_string()
 }
 
-fn to_dxf(sheets: &Sheets, words: &[Word]) -> Result<String, ScheduleError> {
-    let mut drawing = Drawing::new();
-    drawing.header.version = AcadVersion::R2000;
-    drawing.header.default_drawing_units = Units::Millimeters;
-    // The crate would put the time and a random number into each file: the same panels are to be the same bytes.
+/// The crate puts the time and a random number into each file, but the same panels are to be the same bytes.
+// The types are those of crates that this one does not name.
+#[allow(clippy::default_trait_access)]
+fn make_timeless(drawing: &mut Drawing) {
     drawing.header.creation_date = Default::default();
     drawing.header.creation_date_universal = Default::default();
     drawing.header.update_date = Default::default();
     drawing.header.update_date_universal = Default::default();
     drawing.header.fingerprint_guid = Default::default();
     drawing.header.version_guid = Default::default();
+}
+
+fn to_dxf(sheets: &Sheets, words: &[Word]) -> Result<String, ScheduleError> {
+    let mut drawing = Drawing::new();
+    drawing.header.version = AcadVersion::R2000;
+    drawing.header.default_drawing_units = Units::Millimeters;
+    make_timeless(&mut drawing);
     for (name, color) in [(CUT_LAYER, 1), (LABEL_LAYER, 5), (SHEET_LAYER, 8)] {
         drawing.add_layer(Layer { name: name.to_owned(), color: Color::from_index(color), ..Layer::default() });
     }

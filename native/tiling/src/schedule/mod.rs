@@ -7,11 +7,13 @@
 mod drawing;
 mod panel;
 mod sheets;
+mod summary;
 mod tables;
 mod types;
 
 pub use drawing::Format;
 pub use sheets::SheetOptions;
+pub use summary::Summary;
 pub use tables::Table;
 
 use mesh::{Cancelled, DVec3, Monitor, PolygonMesh, sorted};
@@ -233,7 +235,7 @@ impl Schedule {
             })
             .collect();
         let types = types::rows(&order, &models, &panels);
-        let nodes = mesh.positions.iter().map(|p| p.to_array()).collect();
+        let nodes = mesh.positions.iter().map(DVec3::to_array).collect();
         Ok(Self { version: VERSION, tolerance, mirror: options.mirror, nodes, panels, types, edges, edge_classes })
     }
 

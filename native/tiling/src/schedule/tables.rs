@@ -86,7 +86,7 @@ impl Schedule {
             |row: Vec<String>| writer.write_record(row).map_err(|cause| ScheduleError::Text(cause.to_string()));
         match table {
             Table::Panels => {
-                write(self.panel_headings())?;
+                write(panel_headings())?;
                 self.panels.iter().try_for_each(|panel| write(self.panel_cells(panel)))?;
             }
             Table::Types => {
@@ -130,13 +130,6 @@ impl Schedule {
         String::from_utf8(bytes).map_err(|cause| ScheduleError::Text(cause.to_string()))
     }
 
-    fn panel_headings(&self) -> Vec<String> {
-        let heads =
-            ["panel", "type", "corners", "mirrored", "misfit", "area", "planarity", "deviation"].map(str::to_owned);
-        let lists = [("node", 4), ("neighbour", 4), ("edge", 4), ("diagonal", 2)];
-        heads.into_iter().chain(lists.into_iter().flat_map(|(name, n)| numbered(name, n))).collect()
-    }
-
     fn panel_cells(&self, panel: &PanelRow) -> Vec<String> {
         let neighbours =
             panel.neighbours.iter().map(|other| other.map_or(String::new(), |id| id.to_string())).collect();
@@ -153,6 +146,12 @@ impl Schedule {
         cells.extend(padded(&panel.diagonals, 2));
         cells
     }
+}
+
+fn panel_headings() -> Vec<String> {
+    let heads = ["panel", "type", "corners", "mirrored", "misfit", "area", "planarity", "deviation"].map(str::to_owned);
+    let lists = [("node", 4), ("neighbour", 4), ("edge", 4), ("diagonal", 2)];
+    heads.into_iter().chain(lists.into_iter().flat_map(|(name, n)| numbered(name, n))).collect()
 }
 
 /// Headings of a list: `edge_1`, `edge_2`, ...

@@ -107,11 +107,15 @@ pub(super) fn sort(
 /// The models in the order of their types, and each model's place in it.
 pub(super) fn ranked(flats: &[Flat], models: &[usize], fits: &[Fit]) -> (Vec<usize>, Vec<u32>) {
     let mut counts = vec![0_usize; models.len()];
-    fits.iter().for_each(|fit| counts[fit.model] += 1);
+    for fit in fits {
+        counts[fit.model] += 1;
+    }
     let mut order: Vec<usize> = (0..models.len()).collect();
     order.sort_by_key(|&at| (flats[models[at]].edges.len(), Reverse(counts[at]), models[at]));
     let mut rank = vec![0; models.len()];
-    order.iter().enumerate().for_each(|(place, &at)| rank[at] = place as u32);
+    for (place, &at) in order.iter().enumerate() {
+        rank[at] = place as u32;
+    }
     (order, rank)
 }
 
