@@ -133,6 +133,7 @@ def check_result(mesh: quadloom.Mesh, result: quadloom.SurfaceResult) -> None:
     assert result.irregular_verts.tolist() == np.flatnonzero(defect).tolist()
     assert result.defects.tolist() == defect[defect != 0].tolist()
     assert result.defects.sum() == 12 * euler(points, faces)
+    assert result.report["irregular_vertices"] == len(set(result.irregular_verts.tolist()) - on_rim)
     assert len(result.turned_faces) == 0
 
 
@@ -335,6 +336,8 @@ def test_sheets_that_touch_in_a_vertex_are_taken_apart():
     _points, faces = polygons(result.mesh)
     assert max(edge_uses(faces).values()) == 1
     assert result.panels.area.sum() == pytest.approx(4, rel=1e-6)
+    assert euler(points, faces) == 2, "two disks"
+    assert result.report["warnings"] == ["the surface touches itself at 1 vertices; the panels are apart there"]
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ use crate::schedule::{self, Schedule};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    Fill, PanelSize, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polygons,
+    Fill, PanelSize, PolygonTiling, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, tile_polygons,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -134,7 +134,7 @@ fn tile_surface(
     let mesh = Arc::clone(&mesh.get().inner);
     let outcome = worker::run(py, progress.as_ref(), move |monitor| {
         let made = monitor.within(0.0, 0.9, || tile_polygons(&mesh, size, &options, monitor))?;
-        let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.mesh, &types, monitor))?;
+        let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.tiling.mesh, &types, monitor))?;
         Ok((made, schedule))
     })?;
     let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
@@ -195,8 +195,9 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
     }
 }
 
-fn to_result(py: Python<'_>, asked: PanelSize, made: SurfaceTiling, schedule: Inner) -> PyResult<SurfaceResult> {
+fn to_result(py: Python<'_>, asked: PanelSize, made: PolygonTiling, schedule: Inner) -> PyResult<SurfaceResult> {
     let report = report(py, asked, &made, &schedule)?;
+    let made = made.tiling;
     Ok(SurfaceResult {
         edge_length: made.edge_length,
         irregular_verts: PyArray1::from_iter(py, made.defects.iter().map(|&(v, _)| v as i32)).unbind(),
@@ -211,25 +212,31 @@ fn to_result(py: Python<'_>, asked: PanelSize, made: SurfaceTiling, schedule: In
 fn report<'py>(
     py: Python<'py>,
     asked: PanelSize,
-    made: &SurfaceTiling,
+    made: &PolygonTiling,
     schedule: &Inner,
 ) -> PyResult<Bound<'py, PyDict>> {
     let summary = serde_json::to_string(&schedule.summary())
         .map_err(|cause| errors::raise_plain::<InternalError>(py, "internal", cause.to_string()))?;
     let report: Bound<'py, PyDict> = py.import("json")?.call_method1("loads", (summary,))?.extract()?;
+    report.set_item("irregular_vertices", made.irregular_interior_vertices)?;
+    report.set_item("warnings", warnings(asked, made))?;
+    let made = &made.tiling;
     report.set_item("edge_length", made.edge_length)?;
-    report.set_item("irregular_vertices", made.defects.len())?;
     report.set_item("interior_vertices", made.interior_vertices)?;
     report.set_item("patches", made.patches)?;
     report.set_item("changed_patches", made.changed_patches)?;
     let seconds: BTreeMap<&str, f64> = made.stages.iter().map(|(stage, time)| (*stage, time.as_secs_f64())).collect();
     report.set_item("seconds", seconds)?;
-    report.set_item("warnings", warnings(asked, made))?;
     Ok(report)
 }
 
-fn warnings(asked: PanelSize, made: &SurfaceTiling) -> Vec<String> {
+fn warnings(asked: PanelSize, made: &PolygonTiling) -> Vec<String> {
     let mut warnings = Vec::new();
+    let touching = made.taken_apart.len();
+    if touching > 0 {
+        warnings.push(format!("the surface touches itself at {touching} vertices; the panels are apart there"));
+    }
+    let made = &made.tiling;
     let panels = made.mesh.face_count() as u32;
     match asked {
         PanelSize::EdgeLength(length) if made.edge_length < length * (1.0 - 1e-9) => warnings.push(format!(
