@@ -333,11 +333,11 @@ def test_a_bad_mesh_is_refused_with_its_code_and_elements(case):
 def test_sheets_that_touch_in_a_vertex_are_taken_apart():
     mesh = quadloom.Mesh.from_polygons([[0, 0, 0], [2, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0]], [[0, 1, 2], [0, 3, 4]])
     result = quadloom.tile_surface(mesh, 0.3)
-    _points, faces = polygons(result.mesh)
+    points, faces = polygons(result.mesh)
     assert max(edge_uses(faces).values()) == 1
     assert result.panels.area.sum() == pytest.approx(4, rel=1e-6)
     assert euler(points, faces) == 2, "two disks"
-    assert result.report["warnings"] == ["the surface touches itself at 1 vertices; the panels are apart there"]
+    assert result.report["warnings"] == ["the surface touches itself at 1 vertex; the panels are apart there"]
 
 
 @pytest.mark.parametrize(

@@ -234,7 +234,8 @@ fn warnings(asked: PanelSize, made: &PolygonTiling) -> Vec<String> {
     let mut warnings = Vec::new();
     let touching = made.taken_apart.len();
     if touching > 0 {
-        warnings.push(format!("the surface touches itself at {touching} vertices; the panels are apart there"));
+        let vertices = if touching == 1 { "vertex" } else { "vertices" };
+        warnings.push(format!("the surface touches itself at {touching} {vertices}; the panels are apart there"));
     }
     let made = &made.tiling;
     let panels = made.mesh.face_count() as u32;
