@@ -133,6 +133,7 @@ def check_result(mesh: quadloom.Mesh, result: quadloom.SurfaceResult) -> None:
     assert result.irregular_verts.tolist() == np.flatnonzero(defect).tolist()
     assert result.defects.tolist() == defect[defect != 0].tolist()
     assert result.defects.sum() == 12 * euler(points, faces)
+    assert result.report["irregular_vertices"] == len(set(result.irregular_verts.tolist()) - on_rim)
     assert len(result.turned_faces) == 0
 
 
@@ -364,9 +365,11 @@ def test_a_bad_mesh_is_refused_with_its_code_and_elements(case):
 def test_sheets_that_touch_in_a_vertex_are_taken_apart():
     mesh = quadloom.Mesh.from_polygons([[0, 0, 0], [2, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0]], [[0, 1, 2], [0, 3, 4]])
     result = quadloom.tile_surface(mesh, 0.3)
-    _points, faces = polygons(result.mesh)
+    points, faces = polygons(result.mesh)
     assert max(edge_uses(faces).values()) == 1
     assert result.panels.area.sum() == pytest.approx(4, rel=1e-6)
+    assert euler(points, faces) == 2, "two disks"
+    assert result.report["warnings"] == ["the surface touches itself at 1 vertex; the panels are apart there"]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ use crate::schedule::{self, Schedule};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    Fill, PanelSize, Partition, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polygons,
+    Fill, PanelSize, Partition, PolygonTiling, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, tile_polygons,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -160,7 +160,7 @@ fn tile_surface(
     let mesh = Arc::clone(&mesh.get().inner);
     let outcome = worker::run(py, progress.as_ref(), move |monitor| {
         let made = monitor.within(0.0, 0.9, || tile_polygons(&mesh, size, &options, monitor))?;
-        let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.mesh, &types, monitor))?;
+        let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.tiling.mesh, &types, monitor))?;
         Ok((made, schedule))
     })?;
     let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
@@ -225,10 +225,11 @@ fn to_result(
     py: Python<'_>,
     asked: PanelSize,
     partition: Partition,
-    made: SurfaceTiling,
+    made: PolygonTiling,
     schedule: Inner,
 ) -> PyResult<SurfaceResult> {
     let report = report(py, asked, partition, &made, &schedule)?;
+    let made = made.tiling;
     let graph = made.patch_graph.as_ref().map(|graph| Py::new(py, PatchGraph::new(py, graph)?)).transpose()?;
     Ok(SurfaceResult {
         edge_length: made.edge_length,
@@ -246,14 +247,16 @@ fn report<'py>(
     py: Python<'py>,
     asked: PanelSize,
     partition: Partition,
-    made: &SurfaceTiling,
+    made: &PolygonTiling,
     schedule: &Inner,
 ) -> PyResult<Bound<'py, PyDict>> {
     let summary = serde_json::to_string(&schedule.summary())
         .map_err(|cause| errors::raise_plain::<InternalError>(py, "internal", cause.to_string()))?;
     let report: Bound<'py, PyDict> = py.import("json")?.call_method1("loads", (summary,))?.extract()?;
+    report.set_item("irregular_vertices", made.irregular_interior_vertices)?;
+    report.set_item("warnings", warnings(asked, partition, made))?;
+    let made = &made.tiling;
     report.set_item("edge_length", made.edge_length)?;
-    report.set_item("irregular_vertices", made.defects.len())?;
     report.set_item("interior_vertices", made.interior_vertices)?;
     report.set_item("patches", made.patch_graph.as_ref().map(|graph| graph.patches.len()))?;
     report.set_item("relengthened_patches", &made.relengthened_patches)?;
@@ -262,12 +265,17 @@ fn report<'py>(
     report.set_item("changed_patches", made.changed_patches)?;
     let seconds: BTreeMap<&str, f64> = made.stages.iter().map(|(stage, time)| (*stage, time.as_secs_f64())).collect();
     report.set_item("seconds", seconds)?;
-    report.set_item("warnings", warnings(asked, partition, made))?;
     Ok(report)
 }
 
-fn warnings(asked: PanelSize, partition: Partition, made: &SurfaceTiling) -> Vec<String> {
+fn warnings(asked: PanelSize, partition: Partition, made: &PolygonTiling) -> Vec<String> {
     let mut warnings = Vec::new();
+    let touching = made.taken_apart.len();
+    if touching > 0 {
+        let vertices = if touching == 1 { "vertex" } else { "vertices" };
+        warnings.push(format!("the surface touches itself at {touching} {vertices}; the panels are apart there"));
+    }
+    let made = &made.tiling;
     let panels = made.mesh.face_count() as u32;
     match asked {
         PanelSize::EdgeLength(length) if made.edge_length < length * (1.0 - 1e-9) => warnings.push(format!(

@@ -52,7 +52,7 @@ pub use nearest::{NearestLoop, nearest_loop_by_programme};
 pub use num_bigint::BigUint;
 pub use options::Options;
 pub use plane::{Direction, Isometry, Point, Surd};
-pub use polygons::{PanelSize, PolygonsError, tile_polygons};
+pub use polygons::{PanelSize, PolygonTiling, PolygonsError, tile_polygons};
 pub use programme::tilings_by_programme;
 pub use repair::{Repair, repair};
 pub use rhombi::{WithRhombi, count_with_rhombi, tile_with_rhombi};

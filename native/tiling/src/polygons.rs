@@ -3,7 +3,7 @@
 //! scene matters.
 
 use crate::surface::{Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
-use ::surface::inspect::{Fault, inspect};
+use ::surface::inspect::{Fault, inspect, inspect_vertices};
 use ::surface::triangulate::triangulate;
 use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
 use std::f64::consts::PI;
@@ -12,7 +12,9 @@ use std::f64::consts::PI;
 const MEAN_PANEL_AREA: f64 = 0.587_645_601_370_716_2;
 /// A count is met within this part, or as near to it as so many corrections of the edge length come.
 const NEAR_COUNT: f64 = 0.03;
-const CORRECTIONS: usize = 5;
+const CORRECTIONS: usize = 4;
+/// Rounds of shaping that turn back most of what the pattern turned over, so that only panels without room are taken for such.
+const FEW_ROUNDS: usize = 8;
 /// Part of the progress for finding the edge length of a count.
 const COUNT_PART: f64 = 0.4;
 
@@ -45,6 +47,17 @@ impl From<Cancelled> for PolygonsError {
     }
 }
 
+/// A tiled polygon mesh.
+#[derive(Debug, Clone)]
+pub struct PolygonTiling {
+    /// The panels, in the scene.
+    pub tiling: SurfaceTiling,
+    /// Vertices of the input where sheets touch: the panels of each sheet end there in a vertex of their own.
+    pub taken_apart: Vec<u32>,
+    /// How many vertices off the border have an angle defect that is not zero.
+    pub irregular_interior_vertices: usize,
+}
+
 /// Covers a polygon mesh by panels, as [`tile_surface`] covers triangles; faces may have any number of corners, and where
 /// sheets touch in a vertex each gets its own. O(n log n) for input and output.
 ///
@@ -55,9 +68,10 @@ pub fn tile_polygons(
     size: PanelSize,
     options: &SurfaceOptions,
     monitor: &Monitor,
-) -> Result<SurfaceTiling, PolygonsError> {
+) -> Result<PolygonTiling, PolygonsError> {
     monitor.stage("checking", 0.0)?;
     inspect(mesh)?;
+    let taken_apart = inspect_vertices(mesh).err().map_or_else(Vec::new, |fault| fault.elements);
     let place = Place::of(mesh);
     let unit: Vec<DVec3> = mesh.positions.iter().map(|&p| (p - place.origin) / place.scale).collect();
     let unit = mesh.with_positions(unit);
@@ -73,7 +87,10 @@ pub fn tile_polygons(
         }
     };
     let made = monitor.within(start, 1.0, || tile_surface(&surface, edge_length, &options, monitor));
-    Ok(place.restored(made.map_err(|error| place.in_scene_units(error))?))
+    let tiling = place.restored(made.map_err(|error| place.in_scene_units(error))?);
+    let topology = Topology::of(&tiling.mesh);
+    let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
+    Ok(PolygonTiling { tiling, taken_apart, irregular_interior_vertices: irregular })
 }
 
 /// Edges of faces at which the surface turns by more than the angle. Diagonals of bent faces may turn as much, but are no
@@ -92,8 +109,8 @@ fn sharp_edges(mesh: &PolygonMesh, angle: f64) -> Vec<[u32; 2]> {
     topology.edges().filter(|&h| turns(h)).map(|h| [topology.from(h), topology.to(h)]).collect()
 }
 
-/// The edge length that makes about so many panels. How many there are is seen without shaping them, which takes most of the
-/// time.
+/// The edge length that makes about so many panels. How many there are is seen without shaping them to the end, which takes
+/// most of the time.
 fn edge_length_of(
     count: u32,
     surface: &TriangleMesh,
@@ -101,7 +118,7 @@ fn edge_length_of(
     monitor: &Monitor,
 ) -> Result<f64, SurfaceError> {
     let area: f64 = (0..surface.triangles.len()).map(|t| surface.area_normal(t).length() / 2.0).sum();
-    let shape = ShapeOptions { rounds: 0, flattening_rounds: 0, ..options.shape };
+    let shape = ShapeOptions { rounds: FEW_ROUNDS, flattening_rounds: 0, ..options.shape };
     // A partition into patches would take long, and makes about as many.
     let quick = SurfaceOptions { fill: Fill::Regular, shape, partition: Partition::Expansion, ..options.clone() };
     let mut length = (area / (MEAN_PANEL_AREA * f64::from(count))).sqrt();
