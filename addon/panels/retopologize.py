@@ -13,7 +13,10 @@ from .. import bridge, features, jobs, selection
 from ..properties import RETOPOLOGIZE_OPTIONS, retopologize_uses
 from . import layouts
 
-SIZES = ("size_by", "target_faces", "edge_length", "density_group", "density_factor")
+SIZES = (
+    "size_by", "target_faces", "edge_length", "density_group", "density_factor",
+    "symmetry", "symmetry_flip", "symmetry_tolerance",
+)  # fmt: skip
 DETECTION = ("detect_angle", "detect_length", "mark_detected")
 # Counting reads the whole mesh: larger ones are counted when the operator runs.
 MOST_EDGES = 500_000

@@ -6,7 +6,7 @@ import meshcheck
 import numpy as np
 import pytest
 import quadloom
-from meshes import CUBE_FACES, cube_positions, polygons, shipped
+from meshes import CUBE_FACES, ROOT, cube_positions, polygons, shipped
 from test_retopology import sharp_edges, sides
 
 FACES = 1200
@@ -107,6 +107,17 @@ def test_the_other_side_can_decide():
         result = quadloom.retopologize(mesh, symmetry=plane, symmetry_tolerance=np.inf, target_faces=400)
         widest = np.abs(result.mesh.positions[:, 1]).max()
         assert widest == pytest.approx(0.375 if sign > 0 else 0.5, abs=0.01)
+
+
+def test_no_edge_spans_a_narrow_part_from_plane_to_plane():
+    """At this size one would: it would be one with its mirror image, an edge of four faces. There are more quads then."""
+    mesh = shipped("tri/fish_low_tri")
+    edges = meshcheck.read_edges(str(ROOT / "blend_fixtures" / "meshes" / "tri" / "fish_low_tri.edges40"))
+    result = quadloom.retopologize(mesh, edges, target_faces=1500, symmetry="x", symmetry_tolerance=np.inf)
+    judged = meshcheck.topology(*polygons(result.mesh))
+    assert judged["pure_quad"]
+    assert (judged["nonmanifold_edges"], judged["nonmanifold_vertices"]) == (0, 0)
+    assert result.report["faces"] < 1575 or any("instead of 1500" in text for text in result.report["warnings"])
 
 
 def test_a_surface_that_is_not_symmetric_is_refused_with_its_vertices():

@@ -151,14 +151,13 @@ impl Workpiece {
         Ok((base_mesh(base, &self.mesh, self.placement)?, base_paths(base, self.placement)))
     }
 
-    /// The quads, after the rounds of optimisation given, or else those of the options. `kinds` are those of edges that are no
-    /// mere border; features at edges of `cut` are not measured.
+    /// The quads. `kinds` are those of edges that are no mere border; features at edges of `cut` are not measured.
     pub fn quads(
         &self,
         kinds: &BTreeMap<[u32; 2], FeatureKind>,
         cut: &BTreeSet<[u32; 2]>,
         templates: &[(TemplatePlace, TemplateChoice)],
-        rounds: Option<usize>,
+        tuning: Tuning,
         clock: &mut Clock,
         monitor: &Monitor,
     ) -> Result<Output, RetopologizeError> {
@@ -170,7 +169,12 @@ impl Workpiece {
         };
         let places: Vec<_> = templates.iter().map(|(place, choice)| (in_box(*place), choice.clone())).collect();
         let templates = edges_at(base, &measures, &places).map_err(LayoutError::from)?;
-        let layout = LayoutOptions { templates, rounds: rounds.unwrap_or(self.layout.rounds), ..self.layout.clone() };
+        let rounds = tuning.rounds.unwrap_or(self.layout.rounds);
+        let size = match self.layout.size {
+            Size::TargetFaces(faces) => Size::TargetFaces((faces as f64 * tuning.growth).round() as usize),
+            Size::EdgeLength(length) => Size::EdgeLength(length / tuning.growth.sqrt()),
+        };
+        let layout = LayoutOptions { size, templates, rounds, ..self.layout.clone() };
         let quads = monitor.within(0.0, 0.9, || laid(&self.session, &layout, monitor))?;
         clock.add(&quads.report.seconds);
 
@@ -225,6 +229,15 @@ fn laid(session: &Session, layout: &LayoutOptions, monitor: &Monitor) -> Result<
     let fixed = (0..).zip(&base.vertices).filter(|(_, v)| stays(v)).map(|(k, _)| k).collect();
     let layout = LayoutOptions { fixed, ..layout.clone() };
     Ok(quads_from_base(base, &layout, monitor)?)
+}
+
+/// What one call for quads has otherwise than the options say.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tuning {
+    /// Rounds of optimisation; none for those of the options.
+    pub rounds: Option<usize>,
+    /// How many times as many quads.
+    pub growth: f64,
 }
 
 /// Why an edge is a feature.

@@ -4,12 +4,12 @@
 //! without a plane of symmetry, is what [`crate::retopologize`] makes; see [`crate::session`] for what an edit keeps.
 
 use crate::detect::sharp_edges;
-use crate::failure::RetopologizeError;
+use crate::failure::{Elements, RetopologizeError};
 use crate::features::Features;
 use crate::harmonic::harmonic;
 use crate::inspect::{edges_of, inspect_features};
 use crate::output::{BasePath, FeatureKind, Output};
-use crate::pipeline::{Clock, Options, Workpiece, at_unit_size, warnings};
+use crate::pipeline::{Clock, Options, Tuning, Workpiece, at_unit_size, warnings};
 use crate::quads::LayoutOptions;
 use crate::session::EditReport;
 use crate::symmetry::Mirror;
@@ -19,6 +19,9 @@ use mesh::{Monitor, PolygonMesh, Topology, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 use surface::inspect::{inspect, inspect_vertices};
 use surface::triangulate::Triangulated;
+
+/// How many times as many quads are tried where a symmetric surface is narrow.
+const GROWTHS: [f64; 5] = [1.0, 1.04, 1.15, 1.4, 2.0];
 
 /// A surface whose features can be edited.
 #[derive(Debug)]
@@ -154,10 +157,10 @@ impl Project {
         let Marks { all, kinds, detected, .. } = &self.marks;
         let mut output = if let Some((mirror, input)) = &self.mirror {
             let cut = mirror.cut(all);
-            let made = self.half_or_whole(&BTreeMap::new(), &cut, rounds, &mut clock, monitor)?;
+            let made = self.half(mirror, &cut, rounds, &mut clock, monitor)?;
             mirror.doubled(made, input, all, &cut, kinds)?
         } else {
-            self.half_or_whole(kinds, &BTreeSet::new(), rounds, &mut clock, monitor)?
+            self.half_or_whole(kinds, &BTreeSet::new(), Tuning { rounds, growth: 1.0 }, &mut clock, monitor)?
         };
         clock.lap("mirror");
         let report = &mut output.report;
@@ -196,11 +199,38 @@ impl Project {
         Ok(field)
     }
 
+    /// The quads of the half; with more of them where an edge would otherwise span the surface from plane to plane, and would be
+    /// one with its mirror image.
+    fn half(
+        &self,
+        mirror: &Mirror,
+        cut: &BTreeSet<[u32; 2]>,
+        rounds: Option<usize>,
+        clock: &mut Clock,
+        monitor: &Monitor,
+    ) -> Result<Output, RetopologizeError> {
+        let mut spans = 0;
+        for growth in GROWTHS {
+            let made = self.half_or_whole(&BTreeMap::new(), cut, Tuning { rounds, growth }, clock, monitor)?;
+            spans = mirror.spans(&made);
+            if spans == 0 {
+                return Ok(made);
+            }
+        }
+        Err(RetopologizeError::Invalid {
+            code: "too_narrow",
+            sentence: format!(
+                "is too narrow beside the plane of symmetry for quads of this size: {spans} edges would be one with their mirror images; ask for smaller quads"
+            ),
+            elements: Elements::new(),
+        })
+    }
+
     fn half_or_whole(
         &self,
         kinds: &BTreeMap<[u32; 2], FeatureKind>,
         cut: &BTreeSet<[u32; 2]>,
-        rounds: Option<usize>,
+        tuning: Tuning,
         clock: &mut Clock,
         monitor: &Monitor,
     ) -> Result<Output, RetopologizeError> {
@@ -210,7 +240,7 @@ impl Project {
                 *place = mirror.on_kept_side(*place);
             }
         }
-        monitor.within(0.45, 1.0, || self.piece.quads(kinds, cut, &templates, rounds, clock, monitor))
+        monitor.within(0.45, 1.0, || self.piece.quads(kinds, cut, &templates, tuning, clock, monitor))
     }
 }
 

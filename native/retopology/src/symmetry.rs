@@ -256,6 +256,30 @@ impl Mirror {
         <[u32; 2]>::try_from(ends).ok()
     }
 
+    /// Vertices of the half's quads that lie on the plane.
+    fn on_plane(&self, made: &Output) -> Vec<bool> {
+        let in_plane = &self.half.border_in_plane;
+        let mut on_plane = vec![false; made.mesh.vertex_count()];
+        for edge in made.feature_edges.iter().filter(|edge| in_plane.contains(&lower_first(edge))) {
+            edge.ends.iter().for_each(|&v| on_plane[v as usize] = true);
+        }
+        on_plane
+    }
+
+    /// How many edges off the plane have both ends on it.
+    pub fn spans(&self, made: &Output) -> usize {
+        let on_plane = self.on_plane(made);
+        let along: BTreeSet<[u32; 2]> = made
+            .feature_edges
+            .iter()
+            .filter(|edge| self.half.border_in_plane.contains(&lower_first(edge)))
+            .map(|edge| sorted(edge.ends[0], edge.ends[1]))
+            .collect();
+        let topology = Topology::of(&made.mesh);
+        let ends = topology.edges().map(|h| sorted(topology.from(h), topology.to(h)));
+        ends.filter(|ends| ends.iter().all(|&v| on_plane[v as usize]) && !along.contains(ends)).count()
+    }
+
     /// The whole result from that of the half. `cut` is what [`Mirror::cut`] says, `kinds` why edges of the whole are features.
     ///
     /// # Errors
@@ -269,10 +293,7 @@ impl Mirror {
         kinds: &BTreeMap<[u32; 2], FeatureKind>,
     ) -> Result<Output, RetopologizeError> {
         let in_plane = &self.half.border_in_plane;
-        let mut on_plane = vec![false; made.mesh.vertex_count()];
-        for edge in made.feature_edges.iter().filter(|edge| in_plane.contains(&lower_first(edge))) {
-            edge.ends.iter().for_each(|&v| on_plane[v as usize] = true);
-        }
+        let on_plane = self.on_plane(&made);
         let (mesh, mirror) = self.mirrored(&made.mesh, &on_plane)?;
         let near: Vec<OutputFeature> =
             made.feature_edges.iter().filter(|edge| !cut.contains(&lower_first(edge))).copied().collect();
