@@ -119,7 +119,7 @@ def test_feature_edges_are_edges_in_chains_that_end_at_exact_corners(made):
         assert (ends == 1).sum() in (0, 2)
 
 
-def test_the_features_length_is_reproduced(made, request):
+def test_the_features_length_is_reproduced(made):
     mesh, edges, result = made
     directed = {tuple(side) for side in sides(mesh).tolist()}
     borders = np.array([side for side in directed if side[::-1] not in directed], int).reshape(-1, 2)
