@@ -144,7 +144,9 @@ fn followed(quads: &PolygonMesh, input: &PolygonMesh, edges: &[[u32; 2]]) -> [f6
         let mut cells = vec![cell(*p), cell(*q), cell((*p + *q) / 2.0)];
         cells.sort_unstable();
         cells.dedup();
-        cells.into_iter().for_each(|c| grid.entry(c).or_default().push(e));
+        for c in cells {
+            grid.entry(c).or_default().push(e);
+        }
     }
     let mut found = [0.0; 2];
     let mut total = 0.0;
