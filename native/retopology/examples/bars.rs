@@ -1,10 +1,11 @@
 //! A row for each OBJ file: what the acceptance bars of feature retopology measure.
 //!
-//! `cargo run -p quadloom-retopology --example bars -- [--faces N] [--plain] [--detect] [--coarse]
-//! [--vertices N] [--aspect X] [--least-quads X] [--out FOLDER] FILE.obj...`
+//! `cargo run -p quadloom-retopology --example bars -- [--faces N] [--plain] [--detect] [--coarse] [--irregularity X]
+//! [--vertices N] [--aspect X] [--least-quads X] [--paint R] [--out FOLDER] FILE.obj...`
 //!
-//! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`; `--detect` adds those found. `--coarse`
-//! asks for the coarsest layout. With `--out`, writes `NAME.obj`. The columns are those of the judge, measured anew: irregular
+//! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`; `--detect` adds those found. `--paint R`
+//! wants edges R times as long in the left third as in the right one, and prints what was made of it. `--coarse` asks for the
+//! coarsest layout. With `--out`, writes `NAME.obj` and `NAME_base.obj`. The columns are those of the judge, measured anew: irregular
 //! vertices; patches of the base complex; least scaled Jacobian and its first percentile; mean deviation of angles, degrees;
 //! two-way distance at samples, percent of the diagonal; percent of the features within 5% and 1% of the mean edge of
 //! an edge within 10 degrees of their direction; inverted quads; quads; Euler characteristic before and after; seconds.
@@ -21,7 +22,7 @@ type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
     let mut options = Options::default();
-    let (mut plain, mut out, mut files) = (false, None, Vec::new());
+    let (mut plain, mut out, mut paint, mut files) = (false, None, 1.0, Vec::new());
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
@@ -30,6 +31,8 @@ fn main() -> Result<(), Failure> {
             "--vertices" => options.base.vertices = value()?.parse()?,
             "--aspect" => options.base.aspect = value()?.parse()?,
             "--least-quads" => options.base.least_quads = value()?.parse()?,
+            "--irregularity" => options.layout.irregularity = value()?.parse()?,
+            "--paint" => paint = value()?.parse()?,
             "--coarse" => options.layout.irregularity = f64::INFINITY,
             "--detect" => options.base.detect = Some(retopology::detect::DetectOptions::default()),
             "--plain" => plain = true,
@@ -48,6 +51,14 @@ fn main() -> Result<(), Failure> {
         let edges =
             if plain || !marked.exists() { vec![] } else { obj::read_edges(&std::fs::read_to_string(&marked)?)? };
         let features = Features { edges, vertices: vec![] };
+        let [left, right] = thirds(&mesh);
+        if paint != 1.0 {
+            let size = |p: &DVec3| {
+                let t = ((p.x - left) / (right - left)).clamp(0.0, 1.0);
+                f64::powf(paint, -t)
+            };
+            options.layout.density = mesh.positions.iter().map(size).collect();
+        }
         let start = Instant::now();
         let made = match retopologize(&mesh, &features, &options, &Monitor::new()) {
             Ok(made) => made,
@@ -76,6 +87,9 @@ fn main() -> Result<(), Failure> {
             made.report.base_triangles,
             made.report.warnings.join("; ")
         );
+        if paint != 1.0 {
+            println!("{name:18} painted {paint}, made {:.2}", contrast(&made.mesh, left, right));
+        }
         if let Some(folder) = &out {
             std::fs::create_dir_all(folder)?;
             std::fs::write(folder.join(format!("{name}.obj")), obj::write(&made.mesh))?;
@@ -114,6 +128,28 @@ impl Judged {
     }
 }
 
+/// The bounds along x of the middle third of a mesh.
+fn thirds(mesh: &PolygonMesh) -> [f64; 2] {
+    let least = mesh.positions.iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
+    let most = mesh.positions.iter().map(|p| p.x).fold(f64::NEG_INFINITY, f64::max);
+    [1.0, 2.0].map(|k| least + (most - least) * k / 3.0)
+}
+
+/// Mean size of the quads left of the middle third over that of those right of it, as lengths.
+fn contrast(mesh: &PolygonMesh, left: f64, right: f64) -> f64 {
+    let (mut sums, mut counts) = ([0.0; 2], [0.0; 2]);
+    for f in 0..mesh.face_count() {
+        let p: Vec<DVec3> = mesh.face_points(f).collect();
+        let x = p.iter().map(|p| p.x).sum::<f64>() / 4.0;
+        let side = if x < left { 0 } else { 1 };
+        if x < left || x > right {
+            sums[side] += (p[2] - p[0]).cross(p[3] - p[1]).length() / 2.0;
+            counts[side] += 1.0;
+        }
+    }
+    (sums[0] / counts[0] / (sums[1] / counts[1])).sqrt()
+}
+
 /// The larger of the two distances between the surfaces, at vertices and middles of edges and faces, over the diagonal.
 fn distance(quads: &PolygonMesh, input: &PolygonMesh) -> f64 {
     let [quads, given] = [quads, input].map(|mesh| TriangleMesh::from_polygons(mesh).0);
@@ -144,7 +180,9 @@ fn followed(quads: &PolygonMesh, input: &PolygonMesh, edges: &[[u32; 2]]) -> [f6
         let mut cells = vec![cell(*p), cell(*q), cell((*p + *q) / 2.0)];
         cells.sort_unstable();
         cells.dedup();
-        cells.into_iter().for_each(|c| grid.entry(c).or_default().push(e));
+        for c in cells {
+            grid.entry(c).or_default().push(e);
+        }
     }
     let mut found = [0.0; 2];
     let mut total = 0.0;

@@ -17,8 +17,10 @@ pub(crate) const SOUND: f64 = 0.25;
 pub(crate) const INVERTED: f64 = 0.0;
 /// Rings of quads round a bad one that may change.
 const RINGS: usize = 3;
-/// Places mended at most.
+/// Places mended at most, and those tried in vain one after another before the rest is left: a surface without room for
+/// its quads has bad ones everywhere.
 const MOST_PLACES: usize = 24;
+const MOST_IN_VAIN: usize = 5;
 
 /// [`quality`] of each quad.
 pub(crate) fn qualities(patch: &QuadPatch, surfaces: &[&dyn Reference]) -> Vec<f64> {
@@ -55,9 +57,13 @@ pub(crate) fn mend(
     let features: BTreeSet<[u32; 2]> = setting.features.iter().map(|&[a, b]| mesh::sorted(a, b)).collect();
     let mut quality_of = qualities(&patch, setting.surfaces);
     let mut tried = vec![false; patch.quads.len()];
-    let mut places = 0;
+    let (mut places, mut in_vain) = (0, 0);
     for _ in 0..MOST_PLACES {
         monitor.check()?;
+        if in_vain == MOST_IN_VAIN {
+            break;
+        }
+        in_vain += 1;
         let open = (0..patch.quads.len()).filter(|&q| !tried[q] && quality_of[q] < sound);
         let Some(worst) = open.min_by(|&a, &b| quality_of[a].total_cmp(&quality_of[b])) else { break };
         tried[worst] = true;
@@ -83,6 +89,7 @@ pub(crate) fn mend(
             continue;
         }
         places += 1;
+        in_vain = 0;
         let global: Vec<u32> = (0..better.source.len())
             .map(|new| {
                 let Some(&v) = names.get(better.source[new] as usize) else {

@@ -41,7 +41,8 @@ pub struct LayoutOptions {
     /// How base triangles are merged. Default: [`Pairing::Programme`].
     pub pairing: Pairing,
     /// What a patch of unequal opposite sides costs, in quads stretched by a factor e: low for even sizes, infinite for the
-    /// coarsest layout. Above 0. Default 20.
+    /// coarsest layout. It falls with the square of the contrast of `density`, which takes irregular vertices to follow: painted
+    /// 4 : 1, a torus got 2.9 : 1 without and 3.3 : 1 with that. Above 0. Default 20.
     pub irregularity: f64,
     /// Templates to choose from. Default: the built-in ones.
     pub catalogue: Catalogue,
@@ -158,6 +159,8 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
     }
     let mut size = density::spread(base, &options.density)?;
+    let [least, most] = [f64::min, f64::max].map(|pick| size.iter().copied().reduce(pick).unwrap_or(1.0));
+    let irregularity = options.irregularity * (least / most).powi(2);
     let diagonal = base.surface.to_polygons().diagonal();
     let mean_edge = match options.size {
         Size::TargetFaces(faces) => edge_for_faces(&base.surface, faces),
@@ -179,7 +182,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
 
     let plan = Plan { base, measures: &measures, patches: &patches, templates: &templates, size: &size };
     monitor.stage("density", 0.2)?;
-    let counts = density::count(plan, options.size, options.irregularity, monitor)?;
+    let counts = density::count(plan, options.size, irregularity, monitor)?;
     clock.stop("density");
 
     monitor.stage("fill", 0.4)?;

@@ -44,7 +44,7 @@ fn generated_surfaces_become_valid_quads() {
         let (mesh, features) = marked_shape(kind, n, marks, rough, &mut random);
         let mut options = Options::default();
         options.base.vertices = 20 + random.index(40) as u32;
-        options.layout.size = Size::TargetFaces(200 + random.index(400));
+        options.layout.size = Size::TargetFaces(250 + random.index(250));
         let made = retopologize(&mesh, &features, &options, &Monitor::new()).map_err(|error| error.to_string());
         (seed, made.and_then(|made| judge(&mesh, &made.mesh)))
     };
@@ -52,6 +52,7 @@ fn generated_surfaces_become_valid_quads() {
     let invalid: Vec<_> = judged.iter().filter(|(_, found)| found.is_err()).collect();
     assert!(invalid.is_empty(), "{invalid:?}");
     let turned: Vec<_> = judged.iter().filter(|(_, found)| *found != Ok(0)).collect();
+    println!("{} of {meshes} have turned quads", turned.len());
     assert!(turned.len() as u64 * 10 <= meshes, "{} of {meshes} have turned quads: {turned:?}", turned.len());
 }
 
