@@ -10,7 +10,7 @@ use super::chart::Chart;
 use super::curve::Curve;
 use super::cut::{Cut, cut};
 use super::input::Input;
-use super::partition::{BUDGET, Division, Ground, Search, WARY};
+use super::partition::{BUDGET, Division, Ground, MOST_BUDGET, Search, WARY};
 use super::patch_graph::{PatchGraph, closing_c_indices};
 use super::pattern::Place as VertexPlace;
 use super::region::{Arc, Line, Region, Spot};
@@ -111,11 +111,12 @@ impl Draft {
     pub fn finish(&mut self, mixed: f64, monitor: &Monitor) -> Result<bool, Cancelled> {
         let mut patches = Vec::new();
         let mut next = self.next;
+        let all = f64::from(self.regions.iter().map(|region| region.defect().abs()).sum::<i32>().max(1));
         for (k, region) in self.regions.iter().enumerate() {
             monitor.stage("partitioning", k as f64 / self.regions.len() as f64)?;
             let ground = self.ground(mixed);
             let mut search = Search { ground: &ground, next, monitor };
-            let budget = BUDGET * f64::from(region.defect().abs());
+            let budget = f64::from(region.defect().abs()) * BUDGET.min(MOST_BUDGET / all);
             let Some((_, found)) = search.solve(region, budget, f64::INFINITY)? else { return Ok(false) };
             next = search.next;
             patches.extend(found);

@@ -13,7 +13,11 @@
 //! Stages: `curve` and `coarse` (borders and marked edges at equal steps, triangulation between), `pattern` (tiles by
 //! index, so borders of patches are shared without stitching), `fill` (4.2.2: other tilings of the same surface), `shape` (4.2.4), `panels` (what a schedule needs).
 //!
-//! Deviations: no Algorithm 1 and no problem (11) yet; defects sit at vertices of the triangulation, where the paper's sit
+//! **The paper's own way** ([`Partition::Paper`]) has fewer irregular vertices, larger patches and no seam along the border, but may
+//! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand),
+//! `assemble` (the `patch_graph`), `lengths` and `courses` (problem 11), `paving` (tiles), then `shape` as above.
+//!
+//! Deviations of the expansion: defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
 mod assemble;
