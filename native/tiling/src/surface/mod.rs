@@ -51,7 +51,7 @@ pub use shape::ShapeOptions;
 
 use crate::TilingError;
 use input::Input;
-use layout::Draft;
+use layout::{Draft, TOLERANCES};
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
 use paper::Paper;
 use pattern::Pattern;
@@ -267,12 +267,14 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
-    if options.partition == Partition::Paper
-        && let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
-        && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
-        && paper.turned.is_empty()
-    {
-        return paper.measured(edge_length, stages);
+    let tolerances: &[f64] = if options.partition == Partition::Paper { &TOLERANCES } else { &[] };
+    for &tolerance in tolerances {
+        if let Some(draft) = Draft::new(&input, edge_length, options, tolerance, monitor)?
+            && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
+            && paper.turned.is_empty()
+        {
+            return paper.measured(edge_length, stages);
+        }
     }
     let mut attempts = Vec::new();
     for fraction in SMALLER {
