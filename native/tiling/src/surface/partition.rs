@@ -49,7 +49,7 @@ const MANY_SIDES: usize = 7;
 /// Regions looked at for each 30 degrees of defect, and at most in all; and how they are shared: about so many partitions of a region
 /// are followed, each with this many times the least it needs at least.
 pub(super) const BUDGET: f64 = 24.0;
-pub(super) const MOST_BUDGET: f64 = 200.0;
+pub(super) const MOST_BUDGET: f64 = 100.0;
 const FOLLOWED: f64 = 4.0;
 const BRANCHING: f64 = 1.5;
 const MOST_FOLLOWED: usize = 24;
