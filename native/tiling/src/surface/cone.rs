@@ -100,3 +100,26 @@ fn paths(to: Point, length: usize) -> Vec<Vec<u8>> {
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tip_stays_where_it_is() {
+        for defect in [1u8, 2] {
+            for direction in 0..12 {
+                let end = Point::unit(direction) + Point::unit((direction + 1) % 12) + Point::unit(4);
+                let tip = tip(end, defect);
+                assert_eq!(end + tip.turned(12 - defect), tip);
+            }
+        }
+    }
+
+    #[test]
+    fn a_decagon_is_a_cupola_with_a_pyramid_on_it() {
+        let filled = fill_cone(&[5; 10], 2, 0, &Options::default(), &Monitor::new()).expect("not cancelled");
+        let tiling = filled.expect("a tiling").tiling;
+        assert_eq!([crate::Kind::Triangle, crate::Kind::Square].map(|kind| tiling.count(kind)), [10, 5]);
+    }
+}

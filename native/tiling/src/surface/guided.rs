@@ -2,7 +2,7 @@
 //! of what has been chosen.
 
 use super::input::Input;
-use super::layout::Draft;
+use super::layout::{Draft, TOLERANCES};
 use super::paper::Paper;
 use super::partition::Division;
 use super::patch_graph::PatchGraph;
@@ -48,7 +48,8 @@ impl PatchDesign {
         monitor: &Monitor,
     ) -> Result<Self, SurfaceError> {
         let input = Input::new(surface, edge_length, options, monitor)?;
-        let draft = Draft::new(&input, edge_length, options, monitor)?.ok_or(SurfaceError::NoPartition)?;
+        let draft =
+            Draft::new(&input, edge_length, options, TOLERANCES[0], monitor)?.ok_or(SurfaceError::NoPartition)?;
         Ok(Self { input: Shared::new(input), draft, edge_length, options: options.clone() })
     }
 

@@ -10,7 +10,7 @@ use super::chart::Chart;
 use super::curve::Curve;
 use super::cut::{Cut, cut};
 use super::input::Input;
-use super::partition::{BUDGET, Division, Ground, Search, WARY};
+use super::partition::{BUDGET, Division, Ground, MOST_BUDGET, Search, WARY};
 use super::patch_graph::{PatchGraph, closing_c_indices};
 use super::pattern::Place as VertexPlace;
 use super::region::{Arc, Line, Region, Spot};
@@ -31,6 +31,10 @@ const APART: f64 = 1.3;
 
 /// A crease that is not followed: the surface turns by more than this there, radians.
 const CREASE: f64 = 0.6;
+
+/// What the corners of a chart leave may be off its curvature by less than this, in units of 30 degrees: the second, anything,
+/// where the first leads nowhere, as on a slight saddle, which then is one patch.
+pub(super) const TOLERANCES: [f64; 2] = [1.0, f64::INFINITY];
 
 /// A patch graph, with where its sides run in the charts.
 pub(super) struct Layout {
@@ -74,10 +78,14 @@ pub(super) struct Draft {
 
 impl Draft {
     /// The charts of a surface, with corners; `None` when it cannot be cut into charts whose corners close.
+    ///
+    /// Corners are the nearest to their angles unless what they leave is off the curvature by `tolerance` or more, in units of
+    /// 30 degrees, of [`TOLERANCES`].
     pub fn new(
         input: &Input,
         edge_length: f64,
         options: &SurfaceOptions,
+        tolerance: f64,
         monitor: &Monitor,
     ) -> Result<Option<Self>, SurfaceError> {
         let Some(mut cut) = cut(&input.mesh, &input.followed, monitor)? else { return Ok(None) };
@@ -88,8 +96,9 @@ impl Draft {
         }
         let lines = lines(&cut, &chains);
         let shared = shared_corners(&cut, &chains, &lines, edge_length);
-        let regions: Option<Vec<Region>> =
-            (0..cut.charts.len()).map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options)).collect();
+        let regions: Option<Vec<Region>> = (0..cut.charts.len())
+            .map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options, tolerance))
+            .collect();
         let creases = creases(&cut);
         let base = Shared::new(Base { cut, chains, creases, edge_length, corner_angle: options.corner_angle });
         Ok(regions.map(|regions| Self { base, regions, next: lines.len() }))
@@ -111,11 +120,12 @@ impl Draft {
     pub fn finish(&mut self, mixed: f64, monitor: &Monitor) -> Result<bool, Cancelled> {
         let mut patches = Vec::new();
         let mut next = self.next;
+        let all = f64::from(self.regions.iter().map(|region| region.defect().abs()).sum::<i32>().max(1));
         for (k, region) in self.regions.iter().enumerate() {
             monitor.stage("partitioning", k as f64 / self.regions.len() as f64)?;
             let ground = self.ground(mixed);
             let mut search = Search { ground: &ground, next, monitor };
-            let budget = BUDGET * f64::from(region.defect().abs());
+            let budget = f64::from(region.defect().abs()) * BUDGET.min(MOST_BUDGET / all);
             let Some((_, found)) = search.solve(region, budget, f64::INFINITY)? else { return Ok(false) };
             next = search.next;
             patches.extend(found);
@@ -333,6 +343,7 @@ enum Turn {
 }
 
 /// The whole of a chart, with its corners; `None` when no c-indices close.
+#[allow(clippy::too_many_arguments)] // What a draft is made of, together only here.
 fn region(
     cut: &Cut,
     chains: &Chains,
@@ -341,6 +352,7 @@ fn region(
     c: usize,
     edge_length: f64,
     options: &SurfaceOptions,
+    tolerance: f64,
 ) -> Option<Region> {
     let chart = &cut.charts[c];
     let n = chart.border.len();
@@ -403,7 +415,7 @@ fn region(
     let rounded: i32 =
         angles.iter().zip(&set).map(|(a, s)| 6 - s.map_or(a.round().clamp(2.0, 10.0) as i32, i32::from)).sum();
     let turn =
-        if (f64::from(rounded + settled) - total).abs() < 1.0 { rounded } else { total.round() as i32 - settled };
+        if (f64::from(rounded + settled) - total).abs() < tolerance { rounded } else { total.round() as i32 - settled };
     let chosen =
         closing_c_indices(&angles, &set, 12 - turn).or_else(|| closing_c_indices(&angles, &set, 12 - rounded))?;
     let corners = corner_of

@@ -13,7 +13,11 @@
 //! Stages: `curve` and `coarse` (borders and marked edges at equal steps, triangulation between), `pattern` (tiles by
 //! index, so borders of patches are shared without stitching), `fill` (4.2.2: other tilings of the same surface), `shape` (4.2.4), `panels` (what a schedule needs).
 //!
-//! Deviations: no Algorithm 1 and no problem (11) yet; defects sit at vertices of the triangulation, where the paper's sit
+//! **The paper's own way** ([`Partition::Paper`]) has fewer irregular vertices, larger patches and no seam along the border, but may
+//! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand),
+//! `assemble` (the `patch_graph`), `lengths` and `courses` (problem 11), `paving` (tiles), then `shape` as above.
+//!
+//! Deviations of the expansion: defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
 mod assemble;
@@ -47,7 +51,7 @@ pub use shape::ShapeOptions;
 
 use crate::TilingError;
 use input::Input;
-use layout::Draft;
+use layout::{Draft, TOLERANCES};
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
 use paper::Paper;
 use pattern::Pattern;
@@ -263,12 +267,14 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
-    if options.partition == Partition::Paper
-        && let Some(draft) = Draft::new(&input, edge_length, options, monitor)?
-        && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
-        && paper.turned.is_empty()
-    {
-        return paper.measured(edge_length, stages);
+    let tolerances: &[f64] = if options.partition == Partition::Paper { &TOLERANCES } else { &[] };
+    for &tolerance in tolerances {
+        if let Some(draft) = Draft::new(&input, edge_length, options, tolerance, monitor)?
+            && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
+            && paper.turned.is_empty()
+        {
+            return paper.measured(edge_length, stages);
+        }
     }
     let mut attempts = Vec::new();
     for fraction in SMALLER {

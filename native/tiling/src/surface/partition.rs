@@ -15,6 +15,7 @@ use super::chart::Chart;
 use super::region::{Arc, Line, Place, Region, Spot, bend, cubic, stays_inside};
 use glam::DVec2;
 use mesh::{Cancelled, DVec3, Monitor};
+use std::collections::VecDeque;
 use std::sync::Arc as Shared;
 
 /// Weights of the score; a rounding error of 30 degrees counts 1.
@@ -45,9 +46,10 @@ const MOST_CONES: usize = 48;
 /// Sides of a region from which on only their middles are ends of curves.
 const MANY_SIDES: usize = 7;
 
-/// Regions looked at for each 30 degrees of a chart's defect, and how they are shared: about so many partitions of a region
+/// Regions looked at for each 30 degrees of defect, and at most in all; and how they are shared: about so many partitions of a region
 /// are followed, each with this many times the least it needs at least.
 pub(super) const BUDGET: f64 = 24.0;
+pub(super) const MOST_BUDGET: f64 = 100.0;
 const FOLLOWED: f64 = 4.0;
 const BRANCHING: f64 = 1.5;
 const MOST_FOLLOWED: usize = 24;
@@ -562,7 +564,14 @@ impl Search<'_> {
             return Ok(None);
         }
         let mut divisions = self.ground.divisions(region, &mut self.next, self.monitor)?;
-        // A division into flat parts first: its score is a bound for all others, and it needs no budget.
+        // Divisions that divide the defect, three for one that only cuts a flat part off: such leave the same task behind.
+        let is_shaving = |d: &Division| d.parts.iter().any(|part| part.defect().abs() == region.defect().abs());
+        let (mut shavings, mut halves): (VecDeque<_>, VecDeque<_>) = divisions.drain(..).partition(is_shaving);
+        while !shavings.is_empty() || !halves.is_empty() {
+            divisions.extend(halves.drain(..halves.len().min(3)));
+            divisions.extend(shavings.pop_front());
+        }
+        // One into flat parts first: its score is a bound for all others, and it needs no budget.
         let is_last = |d: &Division| d.parts.iter().all(|part| part.defect() == 0);
         if let Some(last) = divisions.iter().position(is_last) {
             divisions[..=last].rotate_right(1);

@@ -187,3 +187,34 @@ pub(super) fn closing_c_indices(angles: &[f64], set: &[Option<u8>], defect: i32)
         chosen[best] = step(chosen[best]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn c_indices_are_the_nearest_that_close(angles in prop::collection::vec(0.5..11.0f64, 4), defect in -3..4i32) {
+            let far = |chosen: &[u8]| -> f64 {
+                chosen.iter().zip(&angles).map(|(&c, angle)| (f64::from(c) - angle).powi(2)).sum()
+            };
+            let closes = |chosen: &[u8]| 12 - chosen.iter().map(|&c| 6 - i32::from(c)).sum::<i32>() == defect;
+            let all = (0..9u32.pow(4)).map(|code| [0, 1, 2, 3].map(|k| (code / 9u32.pow(k) % 9) as u8 + LEAST));
+            let best = all.filter(|chosen| closes(chosen)).map(|chosen| far(&chosen)).reduce(f64::min);
+            let found = closing_c_indices(&angles, &[None; 4], defect);
+            prop_assert_eq!(found.is_some(), best.is_some());
+            if let (Some(found), Some(best)) = (found, best) {
+                prop_assert!(closes(&found));
+                prop_assert!(far(&found) < best + 1e-9, "{:?} is {} away, not {}", found, far(&found), best);
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_caller_sets_stays() {
+        let found = closing_c_indices(&[3.0; 4], &[Some(2), None, None, None], 0).expect("it closes");
+        assert_eq!((found[0], found.iter().map(|&c| u32::from(c)).sum::<u32>()), (2, 12));
+        assert_eq!(closing_c_indices(&[3.0], &[Some(3)], 0), None);
+    }
+}
