@@ -141,7 +141,7 @@ fn contrast(mesh: &PolygonMesh, left: f64, right: f64) -> f64 {
     for f in 0..mesh.face_count() {
         let p: Vec<DVec3> = mesh.face_points(f).collect();
         let x = p.iter().map(|p| p.x).sum::<f64>() / 4.0;
-        let side = if x < left { 0 } else { 1 };
+        let side = usize::from(x >= left);
         if x < left || x > right {
             sums[side] += (p[2] - p[0]).cross(p[3] - p[1]).length() / 2.0;
             counts[side] += 1.0;
