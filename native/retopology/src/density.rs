@@ -176,7 +176,9 @@ fn count_for(
         Size::EdgeLength(h) => h,
         Size::TargetFaces(faces) => edge_for_faces(&base.surface, faces),
     };
-    let sides = Sides::new(plan, start, [CHORD_ERROR * mean_edge, shortest * mean_edge], irregularity);
+    // The last resort asks for nothing.
+    let error = if shortest.is_finite() { CHORD_ERROR * mean_edge } else { f64::INFINITY };
+    let sides = Sides::new(plan, start, [error, shortest * mean_edge], irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -218,7 +220,7 @@ fn count_for(
         && shortest.is_infinite()
     {
         // One chord that winds over most of the surface leaves too few numbers of quads to choose from: cut it.
-        return count_for(plan, wanted, CUTTING, SHORTEST, monitor);
+        return count_for(plan, wanted, CUTTING, shortest, monitor);
     }
     let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
     Ok(Counts { of_edge, edge_length, faces })
