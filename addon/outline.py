@@ -101,8 +101,8 @@ def closed_loop(positions: Array, edges: Array, face_offsets: Array, corner_vert
     if len(loops) > 1:
         longest = max(loops, key=lambda loop: np.ptp(positions[loop], axis=0).max())
         text = (
-            "“{name}” has {count} loops, and holes are not supported: keep one loop, or separate them (P in Edit Mode) "
-            "and tile each"
+            "“{name}” has {count} loops, and holes are not supported: keep one loop, separate them (P in Edit Mode) and "
+            "tile each, or use Tile Surface, which takes a mesh with holes"
         )
         others = np.concatenate([loop for loop in loops if loop is not longest])
         raise OutlineError(text, others, count=len(loops))

@@ -31,7 +31,7 @@ const QUARTERS: [i32; 2] = [4, 7];
 
 /// Limits of the programme: the nodes bind first but on a loaded machine.
 const MOST_NODES: u32 = 400;
-const TIME: Duration = Duration::from_secs(4);
+const TIME: Duration = Duration::from_secs(60);
 
 /// Edges of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
