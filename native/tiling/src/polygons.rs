@@ -13,6 +13,7 @@ const MEAN_PANEL_AREA: f64 = 0.587_645_601_370_716_2;
 /// A count is met within this part, or as near to it as so many corrections of the edge length come.
 const NEAR_COUNT: f64 = 0.03;
 const CORRECTIONS: usize = 4;
+const PATCH_CORRECTIONS: usize = 3;
 /// Rounds of shaping that turn back most of what the pattern turned over, so that only panels without room are taken for such.
 const FEW_ROUNDS: usize = 8;
 /// Part of the progress for finding the edge length of a count.
@@ -86,8 +87,27 @@ pub fn tile_polygons(
             (monitor.within(0.0, COUNT_PART, || edge_length_of(count, &surface, &options, monitor))?, COUNT_PART)
         }
     };
-    let made = monitor.within(start, 1.0, || tile_surface(&surface, edge_length, &options, monitor));
-    let tiling = place.restored(made.map_err(|error| place.in_scene_units(error))?);
+    let make = |length, low, high| {
+        let made = monitor.within(low, high, || tile_surface(&surface, length, &options, monitor));
+        made.map_err(|error| place.in_scene_units(error))
+    };
+    let mut made = make(edge_length, start, if options.partition == Partition::Paper { 0.6 } else { 1.0 })?;
+    if let PanelSize::Count(count) = size {
+        let off = |made: &SurfaceTiling| (made.mesh.face_count() as f64 / f64::from(count)).ln();
+        // How many of the panels of patches are squares, which are twice as large as triangles, is known when they are made.
+        let mut length = edge_length;
+        for _ in 0..PATCH_CORRECTIONS {
+            if made.patch_graph.is_none() || off(&made).abs() < NEAR_COUNT {
+                break;
+            }
+            length *= (off(&made) / 2.0).exp();
+            let other = make(length, 0.6, 1.0)?;
+            if other.patch_graph.is_some() && off(&other).abs() < off(&made).abs() {
+                made = other;
+            }
+        }
+    }
+    let tiling = place.restored(made);
     let topology = Topology::of(&tiling.mesh);
     let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
     Ok(PolygonTiling { tiling, taken_apart, irregular_interior_vertices: irregular })
