@@ -17,11 +17,12 @@ PACKAGE = "bl_ext.user_default.quadloom"
 
 @pytest.fixture(autouse=True)
 def empty_scene():
-    """No object, mesh or material is left of the test before."""
+    """No object, mesh or material is left of the test before, and the 3D cursor is in the middle."""
     if bpy.context.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
     for collection in (bpy.data.objects, bpy.data.meshes, bpy.data.materials):
         bpy.data.batch_remove(list(collection))
+    bpy.context.scene.cursor.location = (0.0, 0.0, 0.0)
 
 
 @pytest.fixture

@@ -80,7 +80,10 @@ def test_a_roof_becomes_panels_whose_border_is_the_roofs(pattern):
 def test_patches_come_as_a_second_object():
     source = sheet()
     made = tile(partition="patches", show_patches=True)
-    check_panels(made, 1)
+    _, faces = shapes.arrays(made)
+    # A patch may be all triangles or all squares.
+    assert {len(face) for face in faces} <= {3, 4}
+    assert euler(faces) == 1
     assert report(made)["patches"] >= 1
     graph = bpy.data.objects[f"{source.name} Patches"]
     assert len(graph.data.polygons) == 0
