@@ -174,7 +174,7 @@ def test_patches_are_flat_disks_and_the_curvature_is_at_their_corners(name):
     assert set(Counter(graph.corner_sides.tolist()).values()) <= {1, 2}
     for (begin, end), ends in zip(itertools.pairwise(graph.side_offsets), graph.side_nodes, strict=True):
         # Where charts meet, a side ends on a chord of the surface.
-        assert np.allclose(graph.side_points[[begin, end - 1]], graph.nodes[ends], atol=0.05 * result.edge_length)
+        assert np.allclose(graph.side_points[[begin, end - 1]], graph.nodes[ends], atol=0.25 * result.edge_length)
 
 
 def test_given_corners_are_corners_of_patches():
