@@ -112,7 +112,16 @@ def main(arguments: list[str]) -> int:
             _select([_load(given.mesh)])
             bpy.ops.quadloom.retopologize(hide_input=True, **options)
         elif given.verb == "tile-surface":
-            names = ("panel_count", "partition", "pattern", "seed", "detect", "shaping_rounds", "flattening_rounds", "closeness")
+            names = (
+                "panel_count",
+                "partition",
+                "pattern",
+                "seed",
+                "detect",
+                "shaping_rounds",
+                "flattening_rounds",
+                "closeness",
+            )
             options = {name: getattr(given, name) for name in (*names, "color_by", "type_tolerance", "mirror")}
             options |= {source: source in given.features for source in SOURCES}
             if given.panel_size is not None:

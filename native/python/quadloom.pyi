@@ -399,9 +399,7 @@ class RetopologySession:
         progress: _Progress | None = None,
     ) -> dict[str, Any]:
         """Takes marks away. Returns what `set_features` does."""
-    def move_features(
-        self, from_edges: ArrayLike, to_edges: ArrayLike, *, progress: _Progress | None = None
-    ) -> dict[str, Any]:
+    def move_features(self, from_edges: ArrayLike, to_edges: ArrayLike, *, progress: _Progress | None = None) -> dict[str, Any]:
         """Takes edges away and marks others, in one step. Returns what `set_features` does."""
     def base(self) -> BaseTriangulation:
         """The base triangulation: of the kept half when there is a plane of symmetry."""

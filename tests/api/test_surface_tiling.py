@@ -386,7 +386,8 @@ def test_sheets_that_touch_in_a_vertex_are_taken_apart():
     [
         {"edge_length": 0.0}, {"edge_length": -1.0}, {"edge_length": math.nan}, {"edge_length": 1e-7}, {"target_panels": 0},
         {"target_panels": 10**9}, {"pattern": "pretty"}, {"pattern": "random", "patch_panels": 3}, {"closeness": 0.0},
-        {"partition": "none"}, {"corners": [[0, 12]]}, {"corners": [[999, 3]]}, {"feature_angle": -0.1}, {"corner_angle": 4.0}, {"shaping_rounds": -1}, {"flattening_rounds": 5000},
+        {"partition": "none"}, {"corners": [[0, 12]]}, {"corners": [[999, 3]]},
+        {"feature_angle": -0.1}, {"corner_angle": 4.0}, {"shaping_rounds": -1}, {"flattening_rounds": 5000},
         {"type_tolerance": 0.0}, {"type_tolerance": math.nan}, {"feature_edges": [[0, 1, 2]]}, {"feature_edges": "x"},
     ],
 )  # fmt: skip

@@ -150,7 +150,11 @@ def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     for name, primitive, options in (
         ("tile_curve", bpy.ops.curve.primitive_bezier_circle_add, {"panel_size": 0.3}),
         ("retopologize", bpy.ops.mesh.primitive_torus_add, {"target_faces": 800, "symmetry": "x", "preview": True}),
-        ("tile_surface", bpy.ops.mesh.primitive_uv_sphere_add, {"panel_count": 400, "color_by": "type", "type_tolerance": 0.02}),
+        (
+            "tile_surface",
+            bpy.ops.mesh.primitive_uv_sphere_add,
+            {"panel_count": 400, "color_by": "type", "type_tolerance": 0.02},
+        ),
     ):
         for other in bpy.data.objects:
             other.hide_set(True)

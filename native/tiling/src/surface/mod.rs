@@ -40,6 +40,7 @@ mod pattern;
 mod paving;
 mod polyhedron;
 mod region;
+mod search;
 mod shape;
 
 pub use guided::{PatchDesign, Proposal};
