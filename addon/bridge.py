@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import bmesh
@@ -119,6 +120,18 @@ def write(name: str, snapshot: Snapshot) -> bpy.types.Mesh:
     if snapshot.corner_normals is not None:
         mesh.normals_split_custom_set(snapshot.corner_normals)
     return mesh
+
+
+def present(context: bpy.types.Context, made: bpy.types.Object, hidden: Sequence[bpy.types.Object] = ()) -> None:
+    """Selects a result alone and makes it active; hides its inputs, in renders too where they may be changed."""
+    for obj in context.selected_objects:
+        obj.select_set(False)
+    made.select_set(True)
+    context.view_layer.objects.active = made
+    for obj in hidden:
+        obj.hide_set(True)
+        if obj.is_editable:
+            obj.hide_render = True
 
 
 def assign_groups(obj: bpy.types.Object, snapshot: Snapshot) -> None:

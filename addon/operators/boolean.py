@@ -59,7 +59,7 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
         if context.mode != "OBJECT":
             bpy.ops.object.mode_set(mode="OBJECT")
         made = self._add_result(context, inputs, snapshot, result)
-        self._tidy_up(context, inputs, made)
+        bridge.present(context, made, inputs if self.hide_inputs else [])
         for warning in result.report["warnings"]:
             self.report({"WARNING"}, translated(warning))
         if left_out:
@@ -117,17 +117,6 @@ class QUADLOOM_OT_boolean(BooleanOptions, JobOperator, bpy.types.Operator):
         # The seam is what an artist works on next: it is selected when Edit Mode opens.
         bridge.select(context, made, {"edges": result.intersection_edges})
         return made
-
-    def _tidy_up(self, context: bpy.types.Context, inputs: list[bpy.types.Object], made: bpy.types.Object) -> None:
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        made.select_set(True)
-        context.view_layer.objects.active = made
-        if self.hide_inputs:
-            for obj in inputs:
-                obj.hide_set(True)
-                if obj.is_editable:
-                    obj.hide_render = True
 
 
 def register() -> None:

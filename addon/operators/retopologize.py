@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -112,10 +111,9 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
         if context.mode != "OBJECT":
             bpy.ops.object.mode_set(mode="OBJECT")
         made = self._add_result(context, source, outcome)
-        chosen = [made]
         if self.preview:
-            chosen.append(self._add_layout(context, made, source, outcome))
-        self._tidy_up(context, source, chosen)
+            self._add_layout(context, made, source, outcome)
+        bridge.present(context, made, [source] if self.hide_input else [])
         for warning in outcome.report["warnings"]:
             self.report({"WARNING"}, translated(warning))
         if outcome.uv_is_cut:
@@ -216,7 +214,7 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
 
     def _add_layout(
         self, context: bpy.types.Context, made: bpy.types.Object, source: bpy.types.Object, outcome: Outcome
-    ) -> bpy.types.Object:
+    ) -> None:
         name = translated("{name} Layout").format(name=source.name)
         layout = outcome.layout
         if outcome.field is not None:
@@ -227,17 +225,6 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
         bridge.copy_transform(made, wire)
         wire.show_in_front, wire.hide_render = True, True
         context.collection.objects.link(wire)
-        return wire
-
-    def _tidy_up(self, context: bpy.types.Context, source: bpy.types.Object, made: Sequence[bpy.types.Object]) -> None:
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        made[0].select_set(True)
-        context.view_layer.objects.active = made[0]
-        if self.hide_input:
-            source.hide_set(True)
-            if source.is_editable:
-                source.hide_render = True
 
 
 def _stretch(to_world: Array) -> tuple[float, Array | None]:

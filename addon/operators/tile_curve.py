@@ -124,10 +124,7 @@ class QUADLOOM_OT_tile_curve(TileCurveOptions, JobOperator, bpy.types.Operator):
         made.matrix_world = Matrix(self._task.plane.matrix.tolist())
         made["quadloom_report"] = json.dumps(_report(self._task.request, layout))
         context.collection.objects.link(made)
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        made.select_set(True)
-        context.view_layer.objects.active = made
+        bridge.present(context, made)
 
 
 def _snapshot(layout: Layout) -> Snapshot:

@@ -144,14 +144,7 @@ class QUADLOOM_OT_tile_surface(TileSurfaceOptions, JobOperator, bpy.types.Operat
             graph = bpy.data.objects.new(name, bridge.write(name, outcome.patches))
             graph.matrix_world = made.matrix_world
             context.collection.objects.link(graph)
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        made.select_set(True)
-        context.view_layer.objects.active = made
-        if self.hide_input:
-            source.hide_set(True)
-            if source.is_editable:
-                source.hide_render = True
+        bridge.present(context, made, [source] if self.hide_input else [])
 
 
 def summary(report: dict[str, Any]) -> list[str]:
