@@ -46,6 +46,14 @@ def select_elements(
     return "; ".join(said)
 
 
+def shown(context: bpy.types.Context, error: NativeError, name: str, snapshot: Snapshot) -> str:
+    """The sentence about the object of this name, with the elements selected on it while it is still there."""
+    text = sentence(error, (name,))
+    obj = bpy.data.objects.get(name)
+    where = select_elements(context, error, [obj], [snapshot]) if obj is not None else ""
+    return f"{text} ({where})" if where else text
+
+
 def count_text(counts: dict[str, int]) -> str:
     """For example "3 vertices, 1 edge", without the zeros."""
     one = {"verts": "vertex", "edges": "edge", "faces": "face"}

@@ -131,12 +131,7 @@ class QUADLOOM_OT_retopologize(RetopologizeOptions, JobOperator, bpy.types.Opera
         """Says what is wrong and selects it. What is not the wheel's error is a bug and is raised."""
         if not isinstance(error, native.NativeError):
             raise error
-        text = messages.sentence(error, (self._task.name,))
-        obj = bpy.data.objects.get(self._task.name)
-        if obj is not None:
-            where = messages.select_elements(context, error, [obj], [self._task.mesh])
-            text += f" ({where})" if where else ""
-        self.report({"ERROR"}, text)
+        self.report({"ERROR"}, messages.shown(context, error, self._task.name, self._task.mesh))
         return {"CANCELLED"}
 
     def _prepare(self, context: bpy.types.Context) -> bool:
