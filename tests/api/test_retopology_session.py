@@ -98,6 +98,27 @@ def test_edits_are_local_and_keep_every_promise(torus):
     assert session.set_features(path(11, 9, 8)) == {"removed": 0, "added": 0, "whole": False}
 
 
+def test_quads_away_from_an_edit_stay_bit_for_bit(torus):
+    marks = np.concatenate([path(10, 5, 8), path(30, 20, 6)])
+    session = quadloom.RetopologySession(torus, marks, target_faces=FACES, base_vertices=200)
+    before = session.quads()
+    assert before.report["patches_kept"] == 0
+    for moved in (path(11, 9, 8), path(14, 12, 5)):
+        marks = np.concatenate([moved, path(30, 20, 6)])
+        assert not session.set_features(marks)["whole"]
+        after = session.quads()
+        judged(torus, marks, after)
+        assert after.report["patches_kept"] > 0.5 * after.report["patches"]
+        old, new = ({tuple(p) for p in result.mesh.positions.tolist()} for result in (before, after))
+        assert len(old & new) > 0.5 * len(new)
+        # What moved lies near what was edited.
+        changed = np.array(sorted(new - old))
+        edited = torus.positions[np.unique(moved)]
+        away = np.linalg.norm(changed[:, None] - edited[None], axis=2).min(axis=1)
+        assert away.max() < 0.5 * np.ptp(torus.positions[:, 0])
+        before = after
+
+
 def test_the_base_is_sound_after_any_number_of_edits(torus):
     rng = np.random.default_rng(4)
     curves = [path(6 * k, 3 * k % ACROSS, 5) for k in range(8)]

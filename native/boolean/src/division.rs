@@ -1,7 +1,7 @@
 //! The division of one line into edges: evenly by the wanted edge length, with a vertex at every corner of the line, and
 //! as many edges as it takes to stay near it. Not in the paper, whose lines all come divided.
 
-use mesh::DVec3;
+use mesh::{DVec3, nearest_on_segment};
 
 /// Largest distance between a chord and its piece of line, as a part of the piece: seven edges make a circle.
 const CHORD_SAG: f64 = 0.12;
@@ -111,11 +111,9 @@ impl Division {
     /// The point of the line between two arc lengths that is furthest from the chord, and its distance.
     fn furthest(&self, from: f64, to: f64) -> Option<(usize, f64)> {
         let (p, q) = (self.at(from), self.at(to));
-        let along = q - p;
         let distance = |k: usize| {
-            let d = self.points[k] - p;
-            let t = (d.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            (d - along * t).length()
+            let point = self.points[k];
+            (point - p - (q - p) * nearest_on_segment(point, p, q)).length()
         };
         let first = self.length.partition_point(|&l| l <= from);
         let end = self.length.partition_point(|&l| l < to);

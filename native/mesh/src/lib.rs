@@ -17,7 +17,7 @@ pub use check::{Defects, check};
 pub use intersect::{are_collinear, self_intersections, self_intersections_of, triangles_intersect, unit_scale};
 pub use monitor::{Cancelled, Monitor};
 pub use polygon::{MeshError, PolygonMesh};
-pub use quality::{face_normal, scaled_jacobian, volume};
+pub use quality::{face_normal, nearest_on_segment, scaled_jacobian, volume};
 pub use topology::{NONE, Topology, sorted};
 pub use triangle::{TriangleMesh, split_quad};
 

@@ -3,6 +3,12 @@
 use crate::TriangleMesh;
 use glam::DVec3;
 
+/// Where the point of the segment from `a` to `b` nearest to `p` lies, as a fraction of the way: 0 to 1, 0 where the ends are one.
+pub fn nearest_on_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let along = b - a;
+    ((p - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+}
+
 /// Unit normal of a polygon (Newell's method); zero for a degenerate one.
 pub fn face_normal(points: &[DVec3]) -> DVec3 {
     let origin = points[0];

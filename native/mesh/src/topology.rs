@@ -1,7 +1,5 @@
 //! Half-edge topology of a polygon mesh. A half-edge is a corner: it runs from the corner's vertex to the next one's.
 
-use std::collections::HashMap;
-
 /// "No such element", in index arrays.
 pub const NONE: u32 = u32::MAX;
 
@@ -50,18 +48,16 @@ impl Topology {
             }
         }
         t.twin = vec![NONE; t.origin.len()];
-        // First half-edge and count of each directed edge: a repeated direction has no twin.
-        let mut by_edge: HashMap<(u32, u32), (u32, u32)> = HashMap::with_capacity(t.origin.len());
-        for h in 0..t.origin.len() as u32 {
-            let entry = by_edge.entry((t.from(h), t.to(h))).or_insert((h, 0));
-            entry.1 += 1;
-        }
-        for h in 0..t.origin.len() as u32 {
-            let (a, b) = (t.from(h), t.to(h));
-            if by_edge[&(a, b)].1 == 1
-                && let Some(&(o, 1)) = by_edge.get(&(b, a))
+        // Half-edges by the edge they lie on; one whose ends are the same vertex has no twin.
+        let mut by_edge: Vec<([u32; 2], u32)> =
+            (0..t.origin.len() as u32).map(|h| (sorted(t.from(h), t.to(h)), h)).collect();
+        by_edge.sort_unstable();
+        for on_edge in by_edge.chunk_by(|(a, _), (b, _)| a == b) {
+            if let &[(_, g), (_, h)] = on_edge
+                && t.from(g) != t.from(h)
             {
-                t.twin[h as usize] = o;
+                t.twin[g as usize] = h;
+                t.twin[h as usize] = g;
             }
         }
         for h in 0..t.origin.len() {

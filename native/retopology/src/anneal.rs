@@ -40,32 +40,33 @@ const COLD: f64 = 0.06;
 const MOST_FREE: usize = 5;
 const MOST_COVERS: usize = 400;
 
-/// Picks choices that hold every triangle once. `start` is such a pick; the result costs no more. Cost: some 10 µs a step.
+/// Picks choices that hold every triangle once. `start` is such a pick; the result costs no more. Only `movable` triangles change
+/// their choice; `neighbours`, one list for each triangle, name no others. Cost: some 10 µs a step.
 pub(crate) fn choose(
     choices: &[Choice],
-    triangle_count: usize,
+    movable: &[u32],
     neighbours: &[Vec<u32>],
     goals: &[Goal],
     start: &[u32],
     monitor: &Monitor,
 ) -> Result<Vec<u32>, Cancelled> {
-    let mut search = Search::new(choices, triangle_count, goals, start);
+    let mut search = Search::new(choices, neighbours.len(), goals, start);
     let mut best = (search.total(), search.taken());
-    let steps = STEPS * triangle_count;
+    let steps = STEPS * movable.len();
     for step in 0..steps {
         if step % 256 == 0 {
             monitor.check()?;
         }
         search.temperature = HOT * (COLD / HOT).powf(step as f64 / steps as f64);
-        let first = search.random.below(triangle_count);
-        search.free(first as u32, neighbours);
+        let first = search.random.below(movable.len());
+        search.free(movable[first], neighbours);
         search.cover();
     }
     search.temperature = 0.0;
     // Downhill until nothing moves, from every triangle.
     loop {
         let before = search.total();
-        for t in 0..triangle_count as u32 {
+        for &t in movable {
             monitor.check()?;
             search.free(t, neighbours);
             search.cover();

@@ -7,7 +7,7 @@
 use crate::features::{Chain, Network};
 use crate::metric::Metric;
 use crate::split_mesh::SplitMesh;
-use mesh::{DVec3, NONE};
+use mesh::{DVec3, NONE, nearest_on_segment};
 use std::collections::BTreeMap;
 
 /// Two points of one curve, or of curves that share a corner, are neighbours along the curve and no pair of parallel
@@ -194,12 +194,8 @@ fn bends(points: &[DVec3], tolerance: f64) -> Vec<usize> {
     let mut kept = vec![0, last];
     let mut open = vec![(0, last)];
     while let Some((from, to)) = open.pop() {
-        let chord = points[to] - points[from];
-        let off = |k: usize| {
-            let t =
-                ((points[k] - points[from]).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            points[k].distance(points[from] + chord * t)
-        };
+        let (a, b) = (points[from], points[to]);
+        let off = |k: usize| points[k].distance(a + (b - a) * nearest_on_segment(points[k], a, b));
         let far = (from + 1..to).map(|k| (off(k), k)).fold((tolerance, 0), |far, k| if k.0 > far.0 { k } else { far });
         if far.1 > 0 {
             kept.push(far.1);

@@ -19,7 +19,7 @@ use crate::templates::{Chosen, TemplateError};
 use mesh::DVec3;
 use mesh::{Monitor, NONE};
 use quadrangulate::Filler;
-use quadrangulate::quantise::{self, Layout, MOST, SubSide, quantise_instantly};
+use quadrangulate::quantise::{self, Layout, MOST, QuantiseError, SubSide, quantise_instantly};
 use solve::components::connected_components;
 
 /// Rounds of the search for the edge length.
@@ -40,8 +40,12 @@ const LESS_SHORT: [f64; 3] = [0.4, 0.7, f64::INFINITY];
 const URGENT: f64 = 10.0;
 const URGENT_ROUNDS: usize = 3;
 /// Chords are cut after all when whole ones miss the target by more than this fraction, at this price.
-const MOST_MISS: f64 = 0.045;
+pub(crate) const MOST_MISS: f64 = 0.045;
 const CUTTING: f64 = 200.0;
+/// Weight of counts that are fixed where chords are cut: two different ones are never in one piece.
+const FIXED_WEIGHT: f64 = 1e9;
+/// How much longer or shorter edges beside others may be to make up for a number of quads.
+const MOST_CHANGE: f64 = 1.2;
 /// Changes of single pieces to make up the rest, and the most pieces that are changed in pairs then.
 const MOST_CHANGES: usize = 40;
 const MOST_PAIRED: usize = 80;
@@ -62,8 +66,6 @@ pub(crate) struct Counts {
     pub of_edge: Vec<u32>,
     /// The edge length aimed at, scene units.
     pub edge_length: f64,
-    /// Quads that the filled patches will have.
-    pub faces: f64,
 }
 
 /// What is wanted of a piece of a chord.
@@ -75,11 +77,28 @@ struct Ideal {
     area: f64,
     /// The edges that its bent features need, whatever the edge length; 0 without.
     least: f64,
+    /// The count that it has already.
+    fixed: Option<u32>,
 }
 
 impl Ideal {
     fn count(&self, h: f64) -> f64 {
         (self.mean.exp() / h).max(self.least).min(f64::from(MOST))
+    }
+}
+
+/// Counts that edges have already.
+#[derive(Debug, Clone, Copy, Default)]
+struct Fixed<'a> {
+    /// For each base edge; or none at all.
+    counts: &'a [Option<u32>],
+    /// Whether every edge has a count of its own instead of every chord.
+    apart: bool,
+}
+
+impl Fixed<'_> {
+    fn count(&self, edge: u32) -> Option<u32> {
+        self.counts.get(edge as usize).copied().flatten()
     }
 }
 
@@ -141,14 +160,14 @@ pub(crate) fn spread(base: &Base, given: &[f64]) -> Result<Vec<f64>, LayoutError
 
 /// Counts for all base edges that give the number of quads wanted; see [`count_for`]. Bends are followed as far as that allows.
 pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &Monitor) -> Result<Counts, LayoutError> {
-    let mut found = count_for(plan, wanted, irregularity, SHORTEST, monitor)?;
+    let (mut found, mut made) = count_for(plan, wanted, irregularity, SHORTEST, monitor)?;
     for shortest in LESS_SHORT {
         match wanted {
             Size::TargetFaces(faces)
-                if found.faces > (1.0 + MOST_MISS) * faces as f64
-                    || (irregularity.is_infinite() && found.faces < (1.0 - MOST_MISS) * faces as f64) =>
+                if made > (1.0 + MOST_MISS) * faces as f64
+                    || (irregularity.is_infinite() && made < (1.0 - MOST_MISS) * faces as f64) =>
             {
-                found = count_for(plan, wanted, irregularity, shortest, monitor)?;
+                (found, made) = count_for(plan, wanted, irregularity, shortest, monitor)?;
             }
             _ => break,
         }
@@ -156,14 +175,14 @@ pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &M
     Ok(found)
 }
 
-/// Counts for all base edges. `irregularity` is what a patch with unequal opposite sides costs, in quads stretched by e.
+/// Counts for all base edges, and the quads that the filled patches will have. `irregularity` is what a patch with unequal opposite sides costs, in quads stretched by e.
 fn count_for(
     plan: Plan<'_>,
     wanted: Size,
     irregularity: f64,
     shortest: f64,
     monitor: &Monitor,
-) -> Result<Counts, LayoutError> {
+) -> Result<(Counts, f64), LayoutError> {
     let Plan { base, size, .. } = plan;
     let area = scaled_area(base, size);
     let start = match wanted {
@@ -178,7 +197,7 @@ fn count_for(
     };
     // The last resort asks for nothing.
     let error = if shortest.is_finite() { CHORD_ERROR * mean_edge } else { f64::INFINITY };
-    let sides = Sides::new(plan, start, [error, shortest * mean_edge], irregularity);
+    let sides = Sides::new(plan, &Fixed::default(), start, [error, shortest * mean_edge], irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -223,7 +242,54 @@ fn count_for(
         return count_for(plan, wanted, CUTTING, shortest, monitor);
     }
     let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
-    Ok(Counts { of_edge, edge_length, faces })
+    Ok((Counts { of_edge, edge_length }, faces))
+}
+
+/// Counts for the base edges round the patches of a plan that are only a part of the layout: those that edges have already where
+/// other patches are, 0 on edges of others alone. For edges of about length `h` and, if some are wanted, so many quads.
+pub(crate) fn count_beside(
+    plan: Plan<'_>,
+    fixed: &[Option<u32>],
+    [h, irregularity]: [f64; 2],
+    wanted: Option<f64>,
+    monitor: &Monitor,
+) -> Result<Counts, LayoutError> {
+    // Chords between fixed edges may leave patches an odd border. Edges by themselves cannot: around all patches together there are as
+    // many fixed edges as there were around those which lay there before, whose borders were even.
+    match beside(plan, fixed, [h, irregularity], wanted, false, monitor) {
+        Err(LayoutError::Counts(QuantiseError::OddComponent { .. } | QuantiseError::TooShort { .. })) => {
+            beside(plan, fixed, [h, irregularity], wanted, true, monitor)
+        }
+        found => found,
+    }
+}
+
+fn beside(
+    plan: Plan<'_>,
+    fixed: &[Option<u32>],
+    [h, irregularity]: [f64; 2],
+    wanted: Option<f64>,
+    apart: bool,
+    monitor: &Monitor,
+) -> Result<Counts, LayoutError> {
+    let sides = Sides::new(plan, &Fixed { counts: fixed, apart }, h, [CHORD_ERROR * h, SHORTEST * h], irregularity);
+    let mut filler = Filler::new();
+    let mut best: Option<(f64, Vec<u32>)> = None;
+    let mut edge_length = h;
+    for _ in 0..SEARCH_ROUNDS {
+        let counts = sides.solve(edge_length, monitor)?;
+        let found = sides.faces(&counts, &mut filler)?;
+        let miss = wanted.map_or(0.0, |wanted| (found - wanted).abs());
+        if best.as_ref().is_none_or(|(least, _)| miss < *least) {
+            best = Some((miss, counts));
+        }
+        let Some(wanted) = wanted.filter(|_| miss > CLOSE_ENOUGH * found) else { break };
+        let next = edge_length * (found / wanted.max(1.0)).sqrt().clamp(0.9, 1.1);
+        edge_length = next.clamp(h / MOST_CHANGE, h * MOST_CHANGE);
+    }
+    let counts = best.map_or_else(Vec::new, |(_, counts)| counts);
+    let of_edge = (0..plan.base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
+    Ok(Counts { of_edge, edge_length: h })
 }
 
 /// Area of the surface in units of the relative size there.
@@ -234,7 +300,7 @@ fn scaled_area(base: &Base, size: &[f64]) -> f64 {
 }
 
 impl<'a> Sides<'a> {
-    fn new(plan: Plan<'a>, h: f64, [error, shortest]: [f64; 2], irregularity: f64) -> Self {
+    fn new(plan: Plan<'a>, fixed: &Fixed<'_>, h: f64, [error, shortest]: [f64; 2], irregularity: f64) -> Self {
         let Plan { base, measures, patches, templates, size } = plan;
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
@@ -254,7 +320,7 @@ impl<'a> Sides<'a> {
                 areas[edge_of(corner) as usize] += area / mean_size.powi(2) / 2.0;
             }
             for (a, b) in opposite(patch).map(|(a, b)| (edge_of(a), edge_of(b))) {
-                if a != b {
+                if a != b && !fixed.apart {
                     links[a as usize].push(b);
                     links[b as usize].push(a);
                 }
@@ -267,6 +333,12 @@ impl<'a> Sides<'a> {
             let wanted = parts(&points, error, shortest).len() as f64 * h;
             bent[e] = wanted > 1.05 * lengths[e];
             lengths[e] = lengths[e].max(wanted);
+        }
+        for e in 0..base.edges.len() as u32 {
+            if let Some(count) = fixed.count(e) {
+                (lengths[e as usize], bent[e as usize]) = (f64::from(count) * h, false);
+                areas[e as usize] *= FIXED_WEIGHT;
+            }
         }
         let mut sides = Self {
             base,
@@ -288,6 +360,8 @@ impl<'a> Sides<'a> {
             };
             let terms: Vec<Term> = chord.edges.iter().map(term).collect();
             for piece in cut(&terms, chord.closed, irregularity) {
+                let counts = piece.iter().filter_map(|&i| fixed.count(chord.edges[i]));
+                let count = counts.reduce(u32::max);
                 let mut run = Run::default();
                 for &i in &piece {
                     run.add(&terms[i]);
@@ -295,7 +369,7 @@ impl<'a> Sides<'a> {
                 }
                 let urgency = if run.value() > run.mean() { BENT_WEIGHT } else { 1.0 };
                 let least = run.least.map_or(0.0, |least| least.exp() / h);
-                sides.ideals.push(Ideal { mean: run.mean(), area: run.weight * h * h * urgency, least });
+                sides.ideals.push(Ideal { mean: run.mean(), area: run.weight * h * h * urgency, least, fixed: count });
             }
         }
         sides.bind();
@@ -367,7 +441,7 @@ impl<'a> Sides<'a> {
                 }
             }
             let least = run.least.map_or(0.0, |least| least.exp() / h);
-            self.ideals.push(Ideal { mean: run.mean(), area: run.weight, least });
+            self.ideals.push(Ideal { mean: run.mean(), area: run.weight, least, fixed: None });
         }
         self.bound = vec![false; self.ideals.len()];
     }
@@ -414,7 +488,7 @@ impl<'a> Sides<'a> {
             let ideal = wanted.count(h);
             // Near the ideal the stretched area, area x ln(n / ideal)², is this times the squared deviation.
             let weight = (wanted.area / (h * h) / ideal.max(0.5).powi(2)).clamp(1e-6, 1e6);
-            layout.sub_sides.push(SubSide { ideal, fixed: None, weight });
+            layout.sub_sides.push(SubSide { ideal, fixed: wanted.fixed, weight });
         }
         // The sides of a template have the counts that it can have.
         for patch in self.patches {

@@ -8,6 +8,7 @@ use crate::base::Base;
 use crate::density::Counts;
 use crate::division;
 use crate::error::LayoutError;
+use crate::keep::Carried;
 use crate::measures::Measures;
 use crate::patch::{Patch, Plan};
 use crate::rails::Rails;
@@ -30,7 +31,7 @@ pub(crate) enum Place {
 }
 
 /// The filled patches in one mesh.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Filled {
     pub positions: Vec<DVec3>,
     pub places: Vec<Place>,
@@ -43,11 +44,12 @@ pub(crate) struct Filled {
     pub stays: Vec<bool>,
 }
 
-/// Fills all patches with the given counts along base edges.
+/// Fills all patches with the given counts along base edges. The first ones, `carried`, are as they were.
 pub(crate) fn fill(
     plan: Plan<'_>,
     counts: &Counts,
     topologies: &[PatchTopology],
+    carried: &Carried,
     rails: &Rails,
     monitor: &Monitor,
 ) -> Result<Filled, LayoutError> {
@@ -81,10 +83,12 @@ pub(crate) fn fill(
         }
         filled.along.push(along);
     }
+    let first = carried.patches.len();
     let inner: Vec<Vec<DVec3>> = patches
         .par_iter()
         .zip(topologies)
         .enumerate()
+        .skip(first)
         .map(|(index, (patch, topology))| {
             let border = border(base, &filled, patch);
             let points: Vec<DVec3> = border.iter().map(|&v| filled.positions[v as usize]).collect();
@@ -96,7 +100,8 @@ pub(crate) fn fill(
             )
         })
         .collect::<Result<_, _>>()?;
-    for (index, ((patch, topology), inner)) in patches.iter().zip(topologies).zip(inner).enumerate() {
+    let kept = carried.inner.iter().map(|inner| inner.iter().map(|vertex| vertex.0).collect());
+    for (index, ((patch, topology), inner)) in patches.iter().zip(topologies).zip(kept.chain(inner)).enumerate() {
         let mut names = border(base, &filled, patch);
         names.extend((filled.positions.len() as u32..).take(inner.len()));
         filled.places.resize(filled.positions.len() + inner.len(), Place::Patch(index as u32));
@@ -105,6 +110,7 @@ pub(crate) fn fill(
         filled.quads.extend(topology.quads.iter().map(|q| q.map(|v| names[v as usize])));
         filled.patch_of.resize(filled.quads.len(), index as u32);
     }
+    carried.put_back(rails, &mut filled);
     Ok(filled)
 }
 

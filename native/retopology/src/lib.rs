@@ -15,6 +15,7 @@ mod error;
 pub mod failure;
 mod fill;
 mod inspect;
+mod keep;
 mod measures;
 mod mend;
 mod optimise;

@@ -76,6 +76,8 @@ pub struct Report {
     pub sites_added: usize,
     /// Patches of the layout.
     pub patches: usize,
+    /// Those that are as they were before the last edit; 0 when the same mesh and features from the start give the same result.
+    pub patches_kept: usize,
     /// Those of a single base triangle.
     pub single_patches: usize,
     /// Patches of the quads' base complex: between the lines of edges that go straight on from irregular vertices.

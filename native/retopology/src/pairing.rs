@@ -64,14 +64,32 @@ const STRAIGHT: f64 = 0.3;
 /// Patches that cost more than this are never worth it: lone triangles do not.
 const MOST_COST: f64 = 1.8;
 
-/// Patches that hold every base triangle once; without `straight_corners` every side is one base edge, and
-/// `forced` pairs of triangles are patches.
+/// What a choice of patches has to respect.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Given<'a> {
+    /// Pairs of triangles that are patches.
+    pub forced: &'a [[u32; 2]],
+    /// Patches that are there already.
+    pub kept: &'a [Patch],
+    /// Without, every side is one base edge.
+    pub straight_corners: bool,
+}
+
+impl Given<'_> {
+    /// Whether each base triangle is in no patch yet.
+    fn is_bare(&self, base: &Base) -> Vec<bool> {
+        let mut bare = vec![true; base.triangles.len()];
+        self.kept.iter().flat_map(|patch| &patch.triangles).for_each(|&t| bare[t as usize] = false);
+        bare
+    }
+}
+
+/// Patches that hold every base triangle that is not in a patch yet once.
 pub(crate) fn pair(
     base: &Base,
     measures: &Measures,
     pairing: Pairing,
-    straight_corners: bool,
-    forced: &[[u32; 2]],
+    given: Given<'_>,
     monitor: &Monitor,
 ) -> Result<Vec<Patch>, LayoutError> {
     match pairing {
@@ -82,15 +100,18 @@ pub(crate) fn pair(
             if !(0.0..=1.0).contains(&mu) {
                 return Err(LayoutError::BadOption { option: "mu", expected: "from 0 to 1" });
             }
-            matching(base, measures, lambda, mu, forced, monitor)
+            matching(base, measures, [lambda, mu], given, monitor)
         }
         Pairing::Programme { most_triangles } => {
             if !(2..=3).contains(&most_triangles) {
                 return Err(LayoutError::BadOption { option: "most_triangles", expected: "2 or 3" });
             }
-            let mut problem = Problem::new(base, measures, most_triangles, straight_corners, forced, monitor)?;
+            let mut problem = Problem::new(base, measures, most_triangles, given, monitor)?;
             let taken = problem.solve(monitor)?;
-            Ok(taken.into_iter().map(|c| std::mem::take(&mut problem.patches[c as usize])).collect())
+            // The choices after the candidates are the patches that are there already.
+            let count = problem.patches.len();
+            let taken = taken.into_iter().map(|c| c as usize).filter(|&c| c < count);
+            Ok(taken.map(|c| std::mem::take(&mut problem.patches[c])).collect())
         }
     }
 }
@@ -127,17 +148,20 @@ fn whole(rim: &Rim, triangles: &[u32]) -> Patch {
 fn matching(
     base: &Base,
     measures: &Measures,
-    lambda: f64,
-    mu: f64,
-    forced: &[[u32; 2]],
+    [lambda, mu]: [f64; 2],
+    given: Given<'_>,
     monitor: &Monitor,
 ) -> Result<Vec<Patch>, LayoutError> {
     let count = base.triangles.len();
+    let bare = given.is_bare(base);
     let scale = f64::from(weight_spread_limit(count));
     let mut edges = Vec::new();
     for h in removable(base, measures) {
         let pair = [h / 3, measures.twins[h as usize] / 3];
-        if let Some(rim) = Rim::new(base, measures, &pair).filter(|_| allowed(&pair, forced)) {
+        if !pair.iter().all(|&t| bare[t as usize]) {
+            continue;
+        }
+        if let Some(rim) = Rim::new(base, measures, &pair).filter(|_| allowed(&pair, given.forced)) {
             let good = mu * orthogonality(measures, &rim) + (1.0 - mu) * planarity(measures, pair[0], pair[1]);
             let weight = (-lambda * (1.0 - good)).exp();
             edges.push((pair[0], pair[1], (weight * scale) as i32));
@@ -145,7 +169,7 @@ fn matching(
     }
     let partner = maximum_matching(count, &edges, &|| monitor.is_cancelled())?;
     let mut patches = Vec::new();
-    for (t, partner) in (0..count as u32).zip(partner) {
+    for (t, partner) in (0..count as u32).zip(partner).filter(|(t, _)| bare[*t as usize]) {
         let triangles = match partner {
             Some(other) if other < t => continue,
             Some(other) => vec![t, other],
@@ -167,11 +191,13 @@ fn candidates(
     base: &Base,
     measures: &Measures,
     most: usize,
-    straight_corners: bool,
-    forced: &[[u32; 2]],
+    given: Given<'_>,
     monitor: &Monitor,
 ) -> Result<Vec<(Patch, Choice)>, LayoutError> {
-    let mut groups: BTreeSet<(usize, Vec<u32>)> = (0..base.triangles.len() as u32).map(|t| (1, vec![t])).collect();
+    let Given { forced, straight_corners, .. } = given;
+    let bare = given.is_bare(base);
+    let mut groups: BTreeSet<(usize, Vec<u32>)> =
+        (0..base.triangles.len() as u32).filter(|&t| bare[t as usize]).map(|t| (1, vec![t])).collect();
     let rail = |h: u32| measures.rails[base.triangle_edges[h as usize / 3][h as usize % 3] as usize];
     let mut last: Vec<Vec<u32>> = groups.iter().map(|(_, group)| group.clone()).collect();
     for size in 2..=most {
@@ -180,7 +206,7 @@ fn candidates(
             monitor.check()?;
             for h in group.iter().flat_map(|&t| 3 * t..3 * t + 3) {
                 let twin = measures.twins[h as usize];
-                if twin != NONE && !rail(h) && !group.contains(&(twin / 3)) {
+                if twin != NONE && !rail(h) && bare[twin as usize / 3] && !group.contains(&(twin / 3)) {
                     let mut more = group.clone();
                     more.push(twin / 3);
                     more.sort_unstable();
@@ -241,12 +267,17 @@ fn variants(base: &Base, measures: &Measures, rim: &Rim, group: &[u32], off_four
                 let ratio = (length[0] / length[2]).ln().powi(2) + (length[1] / length[3]).ln().powi(2);
                 cost += RATIO_WEIGHT * ratio.min(4.0);
             }
-            let quads = (0..n)
-                .map(|k| (measures.sector_of[rim.border[k] as usize], if straight.contains(&k) { 2 } else { 1 }))
-                .collect();
+            let quads = quads_at(measures, &patch);
             (patch, Choice { triangles: group.to_vec(), cost, quads })
         })
         .collect()
+}
+
+/// The quads that a patch brings to the sectors round it: one at a corner, two where a side goes on.
+fn quads_at(measures: &Measures, patch: &Patch) -> Vec<(u32, i32)> {
+    let quads =
+        |(k, &h): (usize, &u32)| (measures.sector_of[h as usize], if patch.corners.contains(&k) { 1 } else { 2 });
+    patch.border.iter().enumerate().map(quads).collect()
 }
 
 /// Pairs of triangles of a group that share an edge that may go.
@@ -271,6 +302,8 @@ struct Problem {
     choices: Vec<Choice>,
     goals: Vec<Goal>,
     neighbours: Vec<Vec<u32>>,
+    /// Triangles that are in no patch yet.
+    bare: Vec<u32>,
     start: Vec<u32>,
 }
 
@@ -279,12 +312,12 @@ impl Problem {
         base: &Base,
         measures: &Measures,
         most: usize,
-        straight_corners: bool,
-        forced: &[[u32; 2]],
+        given: Given<'_>,
         monitor: &Monitor,
     ) -> Result<Self, LayoutError> {
-        let (patches, choices): (Vec<Patch>, Vec<Choice>) =
-            candidates(base, measures, most, straight_corners, forced, monitor)?.into_iter().unzip();
+        let (patches, mut choices): (Vec<Patch>, Vec<Choice>) =
+            candidates(base, measures, most, given, monitor)?.into_iter().unzip();
+        let is_bare = given.is_bare(base);
         let mut on_border = vec![false; base.vertices.len()];
         let mut neighbours = vec![Vec::new(); base.triangles.len()];
         for (h, &twin) in measures.twins.iter().enumerate() {
@@ -292,7 +325,7 @@ impl Problem {
                 for k in [h % 3, (h + 1) % 3] {
                     on_border[base.triangles[h / 3][k] as usize] = true;
                 }
-            } else if !measures.rails[base.triangle_edges[h / 3][h % 3] as usize] {
+            } else if !measures.rails[base.triangle_edges[h / 3][h % 3] as usize] && is_bare[twin as usize / 3] {
                 neighbours[h / 3].push(twin / 3);
             }
         }
@@ -305,18 +338,23 @@ impl Problem {
         };
         let goals = measures.sectors.iter().map(goal).collect();
         // Each triangle by itself is always a way, but for forced pairs.
-        let start = (0..choices.len() as u32)
+        let mut start: Vec<u32> = (0..choices.len() as u32)
             .filter(|&c| {
                 let (Choice { triangles, .. }, patch) = (&choices[c as usize], &patches[c as usize]);
-                let is_forced = forced.iter().any(|pair| pair.contains(&triangles[0]));
+                let is_forced = given.forced.iter().any(|pair| pair.contains(&triangles[0]));
                 patch.corners.len() == patch.border.len() && triangles.len() == if is_forced { 2 } else { 1 }
             })
             .collect();
-        Ok(Self { patches, choices, goals, neighbours, start })
+        for patch in given.kept {
+            start.push(choices.len() as u32);
+            choices.push(Choice { triangles: patch.triangles.clone(), cost: 0.0, quads: quads_at(measures, patch) });
+        }
+        let bare = (0..is_bare.len() as u32).filter(|&t| is_bare[t as usize]).collect();
+        Ok(Self { patches, choices, goals, neighbours, bare, start })
     }
 
     fn solve(&self, monitor: &Monitor) -> Result<Vec<u32>, LayoutError> {
-        Ok(anneal::choose(&self.choices, self.neighbours.len(), &self.neighbours, &self.goals, &self.start, monitor)?)
+        Ok(anneal::choose(&self.choices, &self.bare, &self.neighbours, &self.goals, &self.start, monitor)?)
     }
 }
 
@@ -325,6 +363,8 @@ mod tests {
     use super::*;
     use crate::test_bases::{all, base, octahedron, tetrahedron};
     use mesh::DVec3;
+
+    const ANYTHING: Given<'static> = Given { forced: &[], kept: &[], straight_corners: true };
 
     /// The least cost of a pick, by trying all: squared misses of the sectors and what the patches cost.
     fn least(choices: &[Choice], goals: &[Goal], taken: &mut Vec<usize>, bare: &mut [bool]) -> f64 {
@@ -371,7 +411,7 @@ mod tests {
             (base(&testkit::shapes::sheet(2, 1), 4, 4.0, &|p| p), 3),
         ] {
             let measures = Measures::new(&base).unwrap();
-            let problem = Problem::new(&base, &measures, most, true, &[], &Monitor::new()).unwrap();
+            let problem = Problem::new(&base, &measures, most, ANYTHING, &Monitor::new()).unwrap();
             let taken = problem.solve(&Monitor::new()).unwrap();
             let count = base.triangles.len();
             let found = anneal::cost(&problem.choices, count, &problem.goals, &taken);
@@ -385,7 +425,7 @@ mod tests {
         for (name, base) in all() {
             let measures = Measures::new(&base).unwrap();
             for pairing in [Pairing::PAPER, Pairing::default()] {
-                let patches = pair(&base, &measures, pairing, true, &[], &Monitor::new()).unwrap();
+                let patches = pair(&base, &measures, pairing, ANYTHING, &Monitor::new()).unwrap();
                 let mut seen = vec![0; base.triangles.len()];
                 patches.iter().flat_map(|p| &p.triangles).for_each(|&t| seen[t as usize] += 1);
                 assert!(seen.iter().all(|&n| n == 1), "{name}");

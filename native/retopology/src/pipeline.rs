@@ -15,16 +15,18 @@ use crate::error::LayoutError;
 use crate::failure::RetopologizeError;
 use crate::features::{Features, Network};
 use crate::input::{Placement, normalised};
-use crate::measures::Measures;
+use crate::keep::Kept;
 use crate::output::{BasePath, FeatureKind, Output, OutputFeature, Report};
 use crate::project::Project;
-use crate::quads::{LayoutOptions, Quads, quads_from_base};
+use crate::quads::{LayoutOptions, Quads, quads_after};
 use crate::session::{EditReport, Session};
 use crate::sources::{corner_sources, distance_to_segment, nearest_edges};
+use crate::surfaces::Ground;
 use crate::symmetry::Symmetry;
 use crate::templates::{TemplateChoice, TemplatePlace, edges_at};
 use mesh::{Cancelled, DVec3, Monitor, NONE, PolygonMesh, scaled_jacobian, sorted};
 use rayon::prelude::*;
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 use surface::triangulate::{Triangulated, triangulate};
@@ -92,6 +94,8 @@ pub(crate) struct Workpiece {
     /// In the unit box.
     layout: LayoutOptions,
     session: Session,
+    /// What the last quads leave for the next.
+    kept: RefCell<Option<Kept>>,
 }
 
 impl Workpiece {
@@ -119,7 +123,11 @@ impl Workpiece {
         for (k, base_options) in tries.iter().enumerate() {
             monitor.within(part(k), part(k + 1), || -> Result<(), RetopologizeError> {
                 let session = Session::new(input.mesh.clone(), features.clone(), base_options.clone(), monitor)?;
-                let score = if tries.len() == 1 { 0.0 } else { coarse::score(&laid(&session, &layout, monitor)?) };
+                let score = if tries.len() == 1 {
+                    0.0
+                } else {
+                    coarse::score(&laid(&session, &Ground::new(session.base())?, &layout, None, monitor)?.0)
+                };
                 if best.as_ref().is_none_or(|(least, _)| score < *least) {
                     best = Some((score, session));
                 }
@@ -127,7 +135,7 @@ impl Workpiece {
             })?;
         }
         let (_, session) = best.ok_or_else(|| RetopologizeError::bug("no base was tried"))?;
-        Ok(Self { mesh, input, placement, layout, session })
+        Ok(Self { mesh, input, placement, layout, session, kept: RefCell::new(None) })
     }
 
     /// Changes the features; only the base triangles about them are made anew where that is possible.
@@ -162,25 +170,31 @@ impl Workpiece {
         monitor: &Monitor,
     ) -> Result<Output, RetopologizeError> {
         let (base, network) = (self.session.base(), self.session.network());
-        let measures = Measures::new(base)?;
+        let ground = Ground::new(base)?;
+        clock.lap("charts");
         let in_box = |place: TemplatePlace| match place {
             TemplatePlace::Point(point) => TemplatePlace::Point(self.placement.to_working(point)),
             edge @ TemplatePlace::Edge(_) => edge,
         };
         let places: Vec<_> = templates.iter().map(|(place, choice)| (in_box(*place), choice.clone())).collect();
-        let templates = edges_at(base, &measures, &places).map_err(LayoutError::from)?;
+        let templates = edges_at(base, &ground.measures, &places).map_err(LayoutError::from)?;
         let rounds = tuning.rounds.unwrap_or(self.layout.rounds);
         let size = match self.layout.size {
             Size::TargetFaces(faces) => Size::TargetFaces((faces as f64 * tuning.growth).round() as usize),
             Size::EdgeLength(length) => Size::EdgeLength(length / tuning.growth.sqrt()),
         };
         let layout = LayoutOptions { size, templates, rounds, ..self.layout.clone() };
-        let quads = monitor.within(0.0, 0.9, || laid(&self.session, &layout, monitor))?;
+        let last = if tuning.is_plain() { self.kept.take() } else { None };
+        let (quads, kept) =
+            monitor.within(0.0, 0.9, || laid(&self.session, &ground, &layout, last.as_ref(), monitor))?;
+        if tuning.rounds.is_none() {
+            self.kept.replace(Some(kept).filter(|_| layout.templates.is_empty()));
+        }
         clock.add(&quads.report.seconds);
 
         monitor.stage("tracing attributes", 0.9)?;
         let positions = &self.input.mesh.positions;
-        let corner_source = corner_sources(&self.input, base, &measures, &quads);
+        let corner_source = corner_sources(&self.input, &ground, &quads);
         let chains = input_chains(network, positions.len());
         let under = nearest_edges(&quads, &chains, positions, monitor)?;
         if under.contains(&[NONE; 2]) {
@@ -221,14 +235,20 @@ impl Workpiece {
     }
 }
 
-/// Quads over the base of a session.
-fn laid(session: &Session, layout: &LayoutOptions, monitor: &Monitor) -> Result<Quads, RetopologizeError> {
+/// Quads over the base of a session, and what the next can keep of them, as these can of the last.
+fn laid(
+    session: &Session,
+    ground: &Ground<'_>,
+    layout: &LayoutOptions,
+    last: Option<&Kept>,
+    monitor: &Monitor,
+) -> Result<(Quads, Kept), RetopologizeError> {
     let (base, network) = (session.base(), session.network());
     // Marked vertices, and the corners that the caller's angle makes.
     let stays = |v: &u32| network.corners.binary_search(v).is_ok() || network.points.binary_search(v).is_ok();
     let fixed = (0..).zip(&base.vertices).filter(|(_, v)| stays(v)).map(|(k, _)| k).collect();
     let layout = LayoutOptions { fixed, ..layout.clone() };
-    Ok(quads_from_base(base, &layout, monitor)?)
+    Ok(quads_after(ground, session.names(), &layout, last, monitor)?)
 }
 
 /// What one call for quads has otherwise than the options say.
@@ -238,6 +258,13 @@ pub(crate) struct Tuning {
     pub rounds: Option<usize>,
     /// How many times as many quads.
     pub growth: f64,
+}
+
+impl Tuning {
+    /// Nothing is otherwise.
+    fn is_plain(self) -> bool {
+        self.rounds.is_none() && self.growth <= 1.0
+    }
 }
 
 /// Why an edge is a feature.
@@ -393,6 +420,7 @@ fn measure(session: &Session, quads: &Quads, placement: Placement) -> Report {
         base_triangles: base.triangles.len(),
         sites_added: sites(base, network),
         patches: layout.patches,
+        patches_kept: layout.patches_kept,
         single_patches: layout.singles,
         base_complex: patches(&quads.mesh),
         irregular_vertices: layout.irregular,

@@ -3,19 +3,20 @@
 use crate::base::Base;
 use crate::build::edge_for_faces;
 use crate::curvature;
-use crate::density::{self, Size};
+use crate::density::{self, Counts, Size};
 use crate::error::LayoutError;
 use crate::fill::{self, Filled, Place};
-use crate::measures::Measures;
+use crate::keep::{Carried, Kept};
 use crate::mend::{self, Mended, mend, qualities};
 use crate::optimise::{Shape, optimise};
-use crate::pairing::{Pairing, pair};
-use crate::patch::Plan;
+use crate::pairing::{Given, Pairing, pair};
+use crate::patch::{Patch, Plan};
 use crate::rails::Rails;
 use crate::reach;
-use crate::surfaces::{Chart, charts};
+use crate::surfaces::{Chart, Ground};
 use crate::templates::{self, Catalogue, TemplateChoice};
 use mesh::{Monitor, NONE, PolygonMesh, TriangleMesh};
+use quadrangulate::PatchTopology;
 use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -100,6 +101,8 @@ pub struct FeatureEdge {
 pub struct LayoutReport {
     /// Patches of the layout.
     pub patches: usize,
+    /// Those that are as they were before an edit of the base.
+    pub patches_kept: usize,
     /// Those of one base triangle.
     pub singles: usize,
     /// Inner vertices of other valence than 4.
@@ -146,6 +149,21 @@ pub struct Quads {
 /// # Errors
 /// [`LayoutError`].
 pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) -> Result<Quads, LayoutError> {
+    Ok(quads_after(&Ground::new(base)?, &[], options, None, monitor)?.0)
+}
+
+/// Quads over a base that is another one edited: what the edit left of its quads stays. `names` are the base's, see
+/// [`crate::session::Session::names`]. Returns what the next edit can keep, too.
+///
+/// Everything is laid anew where templates are chosen, where nothing is left, and where the number of quads has come away from
+/// what was asked for.
+pub(crate) fn quads_after(
+    ground: &Ground<'_>,
+    names: &[u64],
+    options: &LayoutOptions,
+    last: Option<&Kept>,
+    monitor: &Monitor,
+) -> Result<(Quads, Kept), LayoutError> {
     let mut clock = Clock { start: Instant::now(), seconds: Vec::new() };
     if options.irregularity.is_nan() || options.irregularity <= 0.0 {
         return Err(LayoutError::BadOption { option: "irregularity", expected: "above 0" });
@@ -154,7 +172,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         return Err(LayoutError::BadOption { option: "chord error", expected: "above 0" });
     }
     monitor.stage("layout", 0.0)?;
-    let measures = Measures::new(base)?;
+    let Ground { base, measures, charts, chart_of } = ground;
     if base.triangles.is_empty() {
         return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
     }
@@ -168,11 +186,16 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     };
     let error = (options.chord_error * diagonal).max(LEAST_CHORD_ERROR * mean_edge);
     if options.chord_error.is_finite() {
-        curvature::bound(base, &measures, error, mean_edge, options.size, &mut size);
+        curvature::bound(base, measures, error, mean_edge, options.size, &mut size);
     }
-    let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
+    let templates = templates::chosen(base, measures, &options.catalogue, &options.templates)?;
     let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
-    let mut patches = pair(base, &measures, options.pairing, options.irregularity.is_finite(), &forced, monitor)?;
+    let straight_corners = options.irregularity.is_finite();
+    let last = last.filter(|_| templates.is_empty() && straight_corners);
+    let carried = last.map_or_else(Carried::default, |last| last.carry(base, names));
+    let given = Given { forced: &forced, kept: &carried.patches, straight_corners };
+    let mut patches = carried.patches.clone();
+    patches.extend(pair(base, measures, options.pairing, given, monitor)?);
     for patch in &mut patches {
         if let Some(index) = forced.iter().position(|pair| patch.triangles == *pair) {
             *patch = templates[index].orient(base, std::mem::take(patch), index);
@@ -180,25 +203,42 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     }
     clock.stop("pairing");
 
-    let plan = Plan { base, measures: &measures, patches: &patches, templates: &templates, size: &size };
+    let first = carried.patches.len();
+    let plan = Plan { base, measures: measures, patches: &patches, templates: &templates, size: &size };
+    let new = Plan { patches: &patches[first..], ..plan };
     monitor.stage("density", 0.2)?;
-    let counts = density::count(plan, options.size, irregularity, monitor)?;
+    let counts = if first > 0 {
+        let wanted = if let Size::TargetFaces(faces) = options.size { Some(faces as f64) } else { None };
+        let wanted = wanted.map(|faces| faces - carried.faces() as f64);
+        let given = [carried.edge_length, irregularity];
+        carried.completed(density::count_beside(new, &carried.counts, given, wanted, monitor)?)
+    } else {
+        Some(density::count(plan, options.size, irregularity, monitor)?)
+    };
     clock.stop("density");
 
     monitor.stage("fill", 0.4)?;
-    let topologies = fill::topologies(plan, &counts.of_edge, monitor)?;
-    let mut rails = Rails::new(base, &measures);
+    let Some(counts) = counts else { return quads_after(ground, names, options, None, monitor) };
+    let mut topologies = carried.topologies.clone();
+    topologies.extend(fill::topologies(new, &counts.of_edge, monitor)?);
+    let made: usize = topologies.iter().map(|topology| topology.quads.len()).sum();
+    if let Size::TargetFaces(target) = options.size
+        && first > 0
+        && (made as f64 / target as f64 - 1.0).abs() > density::MOST_MISS
+    {
+        return quads_after(ground, names, options, None, monitor);
+    }
+    let mut rails = Rails::new(base, measures);
     for &v in &options.fixed {
         let Some(corner) = rails.corner.get_mut(v as usize) else {
             return Err(LayoutError::BadOption { option: "fixed", expected: "vertices of the base" });
         };
         *corner = true;
     }
-    let filled = fill::fill(plan, &counts, &topologies, &rails, monitor)?;
+    let filled = fill::fill(plan, &counts, &topologies, &carried, &rails, monitor)?;
     clock.stop("fill");
 
     monitor.stage("optimise", 0.6)?;
-    let (charts, chart_of) = charts(base, &measures);
     let chart_of_quad: Vec<u32> =
         filled.patch_of.iter().map(|&p| chart_of[patches[p as usize].triangles[0] as usize]).collect();
     let constraints: Vec<Constraint> = filled
@@ -207,25 +247,20 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         .zip(&filled.stays)
         .map(|(&place, &stays)| if stays { Constraint::Fixed } else { constraint(place, &rails) })
         .collect();
-    let mut work = Work { base, charts: &charts, rails: &rails, chart_of_quad, constraints, filled };
-    let lengths: Vec<f64> = work.sizes(&size).into_iter().map(|size| size * counts.edge_length).collect();
+    let mut work = Work { base, charts, rails: &rails, chart_of_quad, constraints, filled };
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
-    // The maps reach every tip, the pull slips off: so before it too.
-    let mut reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
-    work.optimise(&lengths, options.rounds, &smooth, monitor)?;
-    for _ in 0..REACHING_ROUNDS {
-        if work.release(&reached) > 0 {
-            work.optimise(&lengths, 0, &smooth, monitor)?;
-        }
-        reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
-        if reached.is_empty() {
-            break;
-        }
-        work.optimise(&lengths, options.rounds / 3, &smooth, monitor)?;
-    }
-    if work.release(&reached) > 0 {
-        work.optimise(&lengths, 0, &smooth, monitor)?;
-    }
+    let mut are_new = vec![true; base.triangles.len()];
+    carried.patches.iter().flat_map(|patch| &patch.triangles).for_each(|&t| are_new[t as usize] = false);
+    let wanted = Wanted {
+        size: &size,
+        edge_length: counts.edge_length,
+        error,
+        chart_of,
+        are_new: &are_new,
+        rounds: options.rounds,
+    };
+    work.relax(&carried.movable(&work.filled), &wanted, &smooth, monitor)?;
+    let kept = work.kept(names, &topologies, &patches, &counts);
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
     if options.improve {
@@ -255,6 +290,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     }
     let report = LayoutReport {
         patches: patches.len(),
+        patches_kept: first,
         singles: patches.iter().filter(|p| p.triangles.len() == 1).count(),
         irregular: irregular(&mesh),
         counts: counts.of_edge,
@@ -265,7 +301,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         inverted,
         seconds: clock.seconds,
     };
-    Ok(Quads { mesh, feature_edges, base_vertex, source, report })
+    Ok((Quads { mesh, feature_edges, base_vertex, source, report }, kept))
 }
 
 /// Times that points which stick out are looked for.
@@ -317,7 +353,98 @@ struct Work<'a> {
     filled: Filled,
 }
 
-impl Work<'_> {
+/// What vertices are moved for.
+struct Wanted<'a> {
+    /// Relative edge length at each vertex of the surface, and what it is relative to.
+    size: &'a [f64],
+    edge_length: f64,
+    /// How far edges may leave the surface.
+    error: f64,
+    /// Chart of each base triangle, and whether its quads are new.
+    chart_of: &'a [u32],
+    are_new: &'a [bool],
+    /// Rounds of the rectangles' pull.
+    rounds: usize,
+}
+
+impl<'a> Work<'a> {
+    /// Section 6 for the vertices that may move: they are pulled into shape, and to what sticks out of the quads.
+    fn relax(
+        &mut self,
+        movable: &[bool],
+        wanted: &Wanted<'_>,
+        smooth: &SmoothOptions,
+        monitor: &Monitor,
+    ) -> Result<(), LayoutError> {
+        let (mut part, names) = self.part(movable);
+        let lengths: Vec<f64> = part.sizes(wanted.size).into_iter().map(|size| size * wanted.edge_length).collect();
+        // The maps reach every tip, the pull slips off: so before it too.
+        let mut reached = part.reach(wanted, monitor)?;
+        part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
+        for _ in 0..REACHING_ROUNDS {
+            if part.release(&reached) > 0 {
+                part.optimise(&lengths, 0, smooth, monitor)?;
+            }
+            reached = part.reach(wanted, monitor)?;
+            if reached.is_empty() {
+                break;
+            }
+            part.optimise(&lengths, wanted.rounds / 3, smooth, monitor)?;
+        }
+        if part.release(&reached) > 0 {
+            part.optimise(&lengths, 0, smooth, monitor)?;
+        }
+        for (own, &whole) in names.iter().enumerate().filter(|(_, v)| movable[**v as usize]) {
+            self.filled.positions[whole as usize] = part.filled.positions[own];
+            self.constraints[whole as usize] = part.constraints[own];
+        }
+        Ok(())
+    }
+
+    /// The quads around vertices that may move, by themselves, and the names of their vertices.
+    fn part(&self, movable: &[bool]) -> (Work<'a>, Vec<u32>) {
+        let all = &self.filled;
+        let concerned = |q: &usize| all.quads[*q].iter().any(|&v| movable[v as usize]);
+        let quads: Vec<usize> = (0..all.quads.len()).filter(concerned).collect();
+        let mut names: Vec<u32> = quads.iter().flat_map(|&q| all.quads[q]).collect();
+        names.sort_unstable();
+        names.dedup();
+        let own = |v: u32| names.binary_search(&v).map_or(NONE, |own| own as u32);
+        let constraint = |&v: &u32| if movable[v as usize] { self.constraints[v as usize] } else { Constraint::Fixed };
+        let part = Work {
+            chart_of_quad: quads.iter().map(|&q| self.chart_of_quad[q]).collect(),
+            constraints: names.iter().map(constraint).collect(),
+            filled: Filled {
+                positions: names.iter().map(|&v| all.positions[v as usize]).collect(),
+                quads: quads.iter().map(|&q| all.quads[q].map(own)).collect(),
+                patch_of: quads.iter().map(|&q| all.patch_of[q]).collect(),
+                ..Filled::default()
+            },
+            ..*self
+        };
+        (part, names)
+    }
+
+    /// What the next edit of the base can keep.
+    fn kept(&self, names: &[u64], topologies: &[PatchTopology], patches: &[Patch], counts: &Counts) -> Kept {
+        let mut filled = self.filled.clone();
+        for (v, &place) in filled.places.iter().enumerate() {
+            // Vertices at points that stuck out.
+            let held = self.constraints[v] == Constraint::Fixed && constraint(place, self.rails) != Constraint::Fixed;
+            filled.stays[v] |= held;
+        }
+        Kept {
+            names: names.to_vec(),
+            triangles: self.base.triangles.clone(),
+            triangle_edges: self.base.triangle_edges.clone(),
+            patches: patches.to_vec(),
+            topologies: topologies.to_vec(),
+            counts: counts.of_edge.clone(),
+            edge_length: counts.edge_length,
+            filled,
+        }
+    }
+
     fn optimise(
         &mut self,
         lengths: &[f64],
@@ -339,16 +466,11 @@ impl Work<'_> {
 
     /// Moves free vertices to the points of the surface that stick out of the quads, and fixes them there: see
     /// [`reach::missed`]. Returns them.
-    fn reach(
-        &mut self,
-        chart_of: &[u32],
-        error: f64,
-        spacing: f64,
-        monitor: &Monitor,
-    ) -> Result<Vec<usize>, LayoutError> {
+    fn reach(&mut self, wanted: &Wanted<'_>, monitor: &Monitor) -> Result<Vec<usize>, LayoutError> {
+        let &Wanted { chart_of, are_new, error, edge_length: spacing, .. } = wanted;
         let (positions, quads) = (&self.filled.positions, &self.filled.quads);
         let on_rail = |e: usize| self.rails.of_edge[e].is_some();
-        let missed = reach::missed(self.base, &on_rail, positions, quads, error, spacing, monitor)?;
+        let missed = reach::missed(self.base, are_new, &on_rail, positions, quads, error, spacing, monitor)?;
         let mut chart = vec![NONE; positions.len()];
         for (quad, &c) in quads.iter().zip(&self.chart_of_quad) {
             for &v in quad {

@@ -12,9 +12,10 @@ use surface::closest::ClosestPoint;
 const BATCH: usize = 4096;
 
 /// Points of the surface off rails further than `error` from the quads, with a surface triangle at each: the farthest first, no two
-/// within `spacing`. O(surface vertices · log quads).
+/// within `spacing`; only those of base triangles that `are_new`. O(surface vertices · log quads).
 pub(crate) fn missed(
     base: &Base,
+    are_new: &[bool],
     on_rail: &dyn Fn(usize) -> bool,
     positions: &[DVec3],
     quads: &[[u32; 4]],
@@ -26,7 +27,8 @@ pub(crate) fn missed(
     let triangles = quads.iter().flat_map(halves).collect();
     let closest = ClosestPoint::new(&TriangleMesh { positions: positions.to_vec(), triangles });
     let mut triangle_at = vec![NONE; base.surface.positions.len()];
-    for (t, corners) in base.surface.triangles.iter().enumerate() {
+    let owned = base.surface.triangles.iter().zip(&base.owner).enumerate();
+    for (t, (corners, _)) in owned.filter(|(_, (_, owner))| are_new[**owner as usize]) {
         for &v in corners {
             triangle_at[v as usize] = t as u32;
         }

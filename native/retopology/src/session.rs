@@ -37,6 +37,10 @@ pub struct Session {
     /// Marked edges left out because what they are part of is too short for quads.
     dropped: Vec<[u32; 2]>,
     seconds: Vec<(&'static str, f64)>,
+    /// Of the base triangles.
+    names: Vec<u64>,
+    /// The next name.
+    next_name: u64,
 }
 
 /// What an edit did.
@@ -69,8 +73,20 @@ impl Session {
         let even = even_length(&mesh, options.vertices);
         let (base, network) = (Base::default(), Network::default());
         let surface = Topology::of_triangles(&base.surface);
-        let mut session =
-            Self { mesh, topology, features, options, even, base, surface, network, dropped: vec![], seconds: vec![] };
+        let mut session = Self {
+            mesh,
+            topology,
+            features,
+            options,
+            even,
+            base,
+            surface,
+            network,
+            dropped: vec![],
+            seconds: vec![],
+            names: vec![],
+            next_name: 0,
+        };
         session.start_over(session.features.clone(), monitor)?;
         Ok(session)
     }
@@ -85,6 +101,8 @@ impl Session {
         self.dropped = built.report.dropped;
         features.edges.retain(|&[a, b]| self.dropped.binary_search(&sorted(a, b)).is_err());
         self.surface = Topology::of_triangles(&built.base.surface);
+        self.names.clear();
+        self.name_new(built.base.triangles.len());
         (self.base, self.features, self.seconds) = (built.base, features, built.report.seconds);
         Ok(())
     }
@@ -92,6 +110,19 @@ impl Session {
     /// The base triangulation as it is; [`crate::quads_from_base`] takes it from here.
     pub fn base(&self) -> &Base {
         &self.base
+    }
+
+    /// Names of the base triangles, ascending: a triangle that an edit leaves alone keeps its name, its corners' order and its sides.
+    pub(crate) fn names(&self) -> &[u64] {
+        &self.names
+    }
+
+    /// Names base triangles that follow those which have one.
+    fn name_new(&mut self, triangles: usize) {
+        while self.names.len() < triangles {
+            self.names.push(self.next_name);
+            self.next_name += 1;
+        }
     }
 
     /// All features as they are, without those left out.
@@ -205,6 +236,10 @@ impl Session {
                     if !self.number_chains(&mut base, &surface, &network) {
                         break;
                     }
+                    // Those that stay come first, in their order.
+                    let stays = |t: usize| !part.contains(&(t as u32));
+                    self.names = (0..self.names.len()).filter(|&t| stays(t)).map(|t| self.names[t]).collect();
+                    self.name_new(base.triangles.len());
                     (self.base, self.surface, self.features, self.network) = (base, surface, features, network);
                     self.seconds = vec![("edit", start.elapsed().as_secs_f64())];
                     return Ok(EditReport { removed: part.len(), added, whole: false });

@@ -4,10 +4,9 @@
 //! A corner looks on its own side of the features only, so that a seam or a border of materials stays as sharp as it was.
 
 use crate::base::Base;
-use crate::measures::Measures;
 use crate::quads::Quads;
-use crate::surfaces::charts;
-use mesh::{Cancelled, DVec3, Monitor, NONE, Topology};
+use crate::surfaces::Ground;
+use mesh::{Cancelled, DVec3, Monitor, NONE, Topology, nearest_on_segment};
 use rayon::prelude::*;
 use solve::components::connected_components;
 use std::collections::BTreeMap;
@@ -29,14 +28,9 @@ pub struct CornerSource {
 
 /// One source for each corner of the quads. `input` lies where the base's surface does. Costs a closest point for each
 /// corner on a feature.
-pub(crate) fn corner_sources(
-    input: &Triangulated,
-    base: &Base,
-    measures: &Measures,
-    quads: &Quads,
-) -> Vec<CornerSource> {
-    let (charts, chart_of) = charts(base, measures);
-    let chart_of_quad = charts_of_quads(base, quads, &chart_of);
+pub(crate) fn corner_sources(input: &Triangulated, ground: &Ground<'_>, quads: &Quads) -> Vec<CornerSource> {
+    let Ground { base, charts, chart_of, .. } = ground;
+    let chart_of_quad = charts_of_quads(base, quads, chart_of);
     let mut on_feature = vec![false; quads.mesh.vertex_count()];
     quads.feature_edges.iter().flat_map(|edge| edge.ends).for_each(|v| on_feature[v as usize] = true);
     (0..quads.mesh.corner_verts().len())
@@ -81,9 +75,7 @@ fn barycentric(point: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let side = |k: usize| corners[(k + 1) % 3] - corners[k];
     let longest =
         (0..3).fold(0, |best, k| if side(k).length_squared() > side(best).length_squared() { k } else { best });
-    let squared = side(longest).length_squared();
-    let at =
-        if squared > 0.0 { ((point - corners[longest]).dot(side(longest)) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    let at = nearest_on_segment(point, corners[longest], corners[(longest + 1) % 3]);
     let mut weights = [0.0; 3];
     (weights[longest], weights[(longest + 1) % 3]) = (1.0 - at, at);
     weights
@@ -157,8 +149,5 @@ pub(crate) fn nearest_edges(
 
 /// Distance from a point to a segment.
 pub(crate) fn distance_to_segment(point: DVec3, a: DVec3, b: DVec3) -> f64 {
-    let along = b - a;
-    let squared = along.length_squared();
-    let at = if squared > 0.0 { ((point - a).dot(along) / squared).clamp(0.0, 1.0) } else { 0.0 };
-    point.distance(a + along * at)
+    point.distance(a + (b - a) * nearest_on_segment(point, a, b))
 }

@@ -3,6 +3,7 @@
 //! A vertex is put back on the chart it belongs to, never on the other side of a thin plate or of a crease.
 
 use crate::base::Base;
+use crate::error::LayoutError;
 use crate::measures::Measures;
 use mesh::DVec3;
 use mesh::{NONE, TriangleMesh};
@@ -20,8 +21,30 @@ pub(crate) struct Chart {
     triangles: Vec<u32>,
 }
 
+/// What quads are laid over: a base triangulation with all that follows from it.
+#[derive(Debug)]
+pub(crate) struct Ground<'a> {
+    pub base: &'a Base,
+    pub measures: Measures,
+    pub charts: Vec<Chart>,
+    /// The chart of each base triangle.
+    pub chart_of: Vec<u32>,
+}
+
+impl<'a> Ground<'a> {
+    /// O(n log n) in the surface's triangles.
+    ///
+    /// # Errors
+    /// [`LayoutError::BadBase`].
+    pub fn new(base: &'a Base) -> Result<Self, LayoutError> {
+        let measures = Measures::new(base)?;
+        let (charts, chart_of) = charts(base, &measures);
+        Ok(Self { base, measures, charts, chart_of })
+    }
+}
+
 /// All charts, and the chart of each base triangle.
-pub(crate) fn charts(base: &Base, measures: &Measures) -> (Vec<Chart>, Vec<u32>) {
+fn charts(base: &Base, measures: &Measures) -> (Vec<Chart>, Vec<u32>) {
     let joined = (0..measures.twins.len()).filter_map(|h| {
         let rail = measures.rails[base.triangle_edges[h / 3][h % 3] as usize];
         (!rail && measures.twins[h] != NONE).then(|| (h as u32 / 3, measures.twins[h] / 3))

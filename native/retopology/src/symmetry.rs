@@ -320,8 +320,13 @@ impl Mirror {
         report.faces = mesh.face_count();
         report.irregular_vertices = irregular(&mesh);
         (report.base_vertices, report.base_triangles) = (base.vertex_count(), base.face_count());
-        for doubled in [&mut report.sites_added, &mut report.patches, &mut report.single_patches, &mut report.inverted]
-        {
+        for doubled in [
+            &mut report.sites_added,
+            &mut report.patches,
+            &mut report.patches_kept,
+            &mut report.single_patches,
+            &mut report.inverted,
+        ] {
             *doubled *= 2;
         }
         let marked = self.half.features(all).edges.into_iter().filter(|edge| in_plane.contains(edge));

@@ -7,7 +7,7 @@
 //! folded over on the surface counts as inverted although its own plane does not show it.
 
 use glam::DVec3;
-use mesh::{scaled_jacobian, split_quad};
+use mesh::{nearest_on_segment, scaled_jacobian, split_quad};
 
 /// A foot point on a reference surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,9 +74,9 @@ impl Polyline {
     pub fn locate(&self, p: DVec3) -> f64 {
         let mut best = (f64::INFINITY, 0.0);
         for i in 1..self.points.len() {
-            let (a, d) = (self.points[i - 1], self.points[i] - self.points[i - 1]);
-            let s = ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            let distance = p.distance_squared(a + d * s);
+            let (a, b) = (self.points[i - 1], self.points[i]);
+            let s = nearest_on_segment(p, a, b);
+            let distance = p.distance_squared(a + (b - a) * s);
             if distance < best.0 {
                 best = (distance, self.arc[i - 1] + s * (self.arc[i] - self.arc[i - 1]));
             }
