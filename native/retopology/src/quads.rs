@@ -4,6 +4,7 @@ use crate::base::Base;
 use crate::build::edge_for_faces;
 use crate::curvature;
 use crate::density::{self, Size};
+use crate::division;
 use crate::error::LayoutError;
 use crate::fill::{self, Filled, Place};
 use crate::measures::Measures;
@@ -167,8 +168,13 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         Size::EdgeLength(length) => length,
     };
     let error = (options.chord_error * diagonal).max(LEAST_CHORD_ERROR * mean_edge);
+    let plain_edge = match options.size {
+        Size::TargetFaces(faces) => (density::scaled_area(base, &size) / faces.max(1) as f64).sqrt(),
+        Size::EdgeLength(length) => length,
+    };
+    let plain: Vec<f64> = size.iter().map(|size| size * plain_edge).collect();
     if options.chord_error.is_finite() {
-        curvature::bound(base, &measures, error, mean_edge, options.size, &mut size);
+        curvature::bound(base, &measures, options.chord_error * diagonal, &plain, options.size, &mut size);
     }
     let templates = templates::chosen(base, &measures, &options.catalogue, &options.templates)?;
     let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
@@ -180,20 +186,17 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     }
     clock.stop("pairing");
 
-    let plan = Plan { base, measures: &measures, patches: &patches, templates: &templates, size: &size };
+    let plan = Plan { base, measures: &measures, patches: &patches, templates: &templates, size: &size, plain: &plain };
     monitor.stage("density", 0.2)?;
     let counts = density::count(plan, options.size, irregularity, monitor)?;
     clock.stop("density");
 
     monitor.stage("fill", 0.4)?;
     let topologies = fill::topologies(plan, &counts.of_edge, monitor)?;
-    let mut rails = Rails::new(base, &measures);
-    for &v in &options.fixed {
-        let Some(corner) = rails.corner.get_mut(v as usize) else {
-            return Err(LayoutError::BadOption { option: "fixed", expected: "vertices of the base" });
-        };
-        *corner = true;
+    if options.fixed.iter().any(|&v| v as usize >= base.vertices.len()) {
+        return Err(LayoutError::BadOption { option: "fixed", expected: "vertices of the base" });
     }
+    let rails = Rails::new(base, &measures, &options.fixed);
     let filled = fill::fill(plan, &counts, &topologies, &rails, monitor)?;
     clock.stop("fill");
 
@@ -225,6 +228,13 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     }
     if work.release(&reached) > 0 {
         work.optimise(&lengths, 0, &smooth, monitor)?;
+    }
+    if options.rounds > 0 {
+        let held = work.settle(&rails.means(base, &plain));
+        work.optimise(&lengths, options.rounds / 3, &smooth, monitor)?;
+        if work.release(&held) > 0 {
+            work.optimise(&lengths, 0, &smooth, monitor)?;
+        }
     }
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
@@ -337,6 +347,34 @@ impl Work<'_> {
         Ok(())
     }
 
+    /// Moves the vertices of bent rails to where the edges between them follow the rails again, and fixes them there: the pull spread
+    /// them with no eye for bends. Returns those that were free to slide.
+    fn settle(&mut self, edge_lengths: &[f64]) -> Vec<usize> {
+        let mut held = Vec::new();
+        for ((steps, points), &edge_length) in self.rails.steps.iter().zip(&self.rails.points).zip(edge_lengths) {
+            let mut along: Vec<u32> = Vec::new();
+            for step in steps {
+                let mut own = self.filled.along[step.edge as usize].clone();
+                if !step.forward {
+                    own.reverse();
+                }
+                along.extend(&own[usize::from(!along.is_empty())..]);
+            }
+            let places: Vec<mesh::DVec3> = along.iter().map(|&v| self.filled.positions[v as usize]).collect();
+            let stays: Vec<bool> = along.iter().map(|&v| self.constraints[v as usize] == Constraint::Fixed).collect();
+            let Some((places, bent)) = division::settled(points, &places, &stays, edge_length) else { continue };
+            for ((&v, place), bent) in along.iter().zip(places).zip(bent) {
+                let v = v as usize;
+                self.filled.positions[v] = place;
+                if bent && self.constraints[v] != Constraint::Fixed {
+                    self.constraints[v] = Constraint::Fixed;
+                    held.push(v);
+                }
+            }
+        }
+        held
+    }
+
     /// Moves free vertices to the points of the surface that stick out of the quads, and fixes them there: see
     /// [`reach::missed`]. Returns them.
     fn reach(
@@ -382,7 +420,7 @@ impl Work<'_> {
             }
         }
         let released = fixed.iter().filter(|&&v| bad[v]);
-        released.map(|&v| self.constraints[v] = Constraint::Free).count()
+        released.map(|&v| self.constraints[v] = constraint(self.filled.places[v], self.rails)).count()
     }
 
     /// The topological search, with features and borders kept.
