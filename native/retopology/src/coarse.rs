@@ -19,6 +19,10 @@ const TURNED: f64 = 100.0;
 const MISSED: f64 = 10.0;
 const BAD: f64 = 1.6;
 const FAIR: f64 = 0.3;
+/// And as so many more for each part of the features' length that edges do not follow, beyond what is fair: a tenth lost is worth
+/// twice the patches.
+const LOST: f64 = 11.0;
+const FAIRLY_LOST: f64 = 0.01;
 
 /// Options of the bases to try.
 pub(crate) fn tries(base: &BaseOptions) -> Vec<BaseOptions> {
@@ -33,8 +37,8 @@ pub(crate) fn tries(base: &BaseOptions) -> Vec<BaseOptions> {
         .collect()
 }
 
-/// What speaks against a coarse layout: its patches, and its faults.
-pub(crate) fn score(quads: &Quads) -> f64 {
+/// What speaks against a coarse layout: its patches, and its faults. `followed` is the share of the features that edges follow.
+pub(crate) fn score(quads: &Quads, followed: f64) -> f64 {
     let mut jacobians: Vec<f64> = (0..quads.mesh.face_count()).map(|f| jacobian(&quads.mesh, f)).collect();
     jacobians.sort_by(f64::total_cmp);
     let turned = quads.report.inverted > 0 || jacobians.first().is_none_or(|least| *least <= 0.0);
@@ -42,7 +46,8 @@ pub(crate) fn score(quads: &Quads) -> f64 {
     let (faces, target) = (quads.report.faces as f64, quads.report.target.unwrap_or(quads.report.faces) as f64);
     let missed = (faces / target - 1.0).abs() > NEAR_TARGET;
     let faults = [(turned, TURNED), (missed, MISSED), (bad, BAD)];
-    faults.iter().filter(|fault| fault.0).fold(patches(&quads.mesh) as f64, |score, fault| score * fault.1)
+    let lost = 1.0 + LOST * (1.0 - followed - FAIRLY_LOST).max(0.0);
+    faults.iter().filter(|fault| fault.0).fold(patches(&quads.mesh) as f64 * lost, |score, fault| score * fault.1)
 }
 
 fn jacobian(mesh: &PolygonMesh, face: usize) -> f64 {

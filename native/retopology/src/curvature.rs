@@ -8,6 +8,7 @@ use crate::base::Base;
 use crate::density::{CHORD_ERROR, SHORTEST, Size};
 use crate::division::parts;
 use crate::measures::Measures;
+use crate::quads::LEAST_CHORD_ERROR;
 use mesh::Topology;
 
 /// Curvature never makes edges shorter than this fraction of the length elsewhere: their rows would run on over the flats.
@@ -20,13 +21,15 @@ const BISECTIONS: usize = 30;
 const GROWING_SWEEPS: usize = 60;
 
 /// Lowers the relative edge lengths at the vertices of the surface where it is bent, so that edges stay within `error`, scene
-/// units, of it; and on features that bend, to the chords that follow them when edges of `mean_edge` are wanted. O(surface triangles).
-pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, mean_edge: f64, wanted: Size, size: &mut [f64]) {
-    let mut caps: Vec<f64> =
-        bend(base, measures).iter().map(|k| (8.0 * error / k.max(f64::MIN_POSITIVE)).sqrt()).collect();
+/// units, or [`LEAST_CHORD_ERROR`] of it; and on features that bend, to the chords that follow them. `plain` has the edge length wanted
+/// at each vertex otherwise, scene units. O(surface triangles).
+pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, plain: &[f64], wanted: Size, size: &mut [f64]) {
+    let cap = |(k, plain): (f64, &f64)| (8.0 * error.max(LEAST_CHORD_ERROR * plain) / k.max(f64::MIN_POSITIVE)).sqrt();
+    let mut caps: Vec<f64> = bend(base, measures).into_iter().zip(plain).map(cap).collect();
     for (edge, _) in base.edges.iter().zip(&measures.rails).filter(|(_, rail)| **rail) {
         let points: Vec<_> = edge.path.iter().map(|&v| base.surface.positions[v as usize]).collect();
-        let ends = parts(&points, CHORD_ERROR * mean_edge, SHORTEST * mean_edge);
+        let edge_length = mean_along(&edge.path, plain);
+        let ends = parts(&points, CHORD_ERROR * edge_length, SHORTEST * edge_length);
         // The last chord ends with the edge, not for a bend.
         let mut from = 0;
         for &to in &ends[..ends.len() - 1] {
@@ -74,6 +77,11 @@ pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, mean_edge: f64
         }
     }
     size.copy_from_slice(&lower);
+}
+
+/// Mean of the values at the vertices of a path.
+pub(crate) fn mean_along(path: &[u32], values: &[f64]) -> f64 {
+    path.iter().map(|&v| values[v as usize]).sum::<f64>() / path.len() as f64
 }
 
 /// Twice the mean curvature at each vertex of the surface, absolute, 1 / scene units: signed dihedral angles times edge lengths
@@ -150,7 +158,7 @@ mod tests {
         let ridge = base(&shapes::sheet(8, 2), 8, 4.0, &|p| p + DVec3::Z * (0.4 * (-p.x * p.x * 8.0).exp()));
         let measures = Measures::new(&ridge).unwrap();
         let mut size = vec![1.0; ridge.surface.positions.len()];
-        bound(&ridge, &measures, 0.002, 0.2, Size::TargetFaces(400), &mut size);
+        bound(&ridge, &measures, 0.002, &vec![0.0; size.len()], Size::TargetFaces(400), &mut size);
         let at = |x: f64| {
             let near = ridge.surface.positions.iter().zip(&size).filter(|(p, _)| (p.x - x).abs() < 0.1);
             near.map(|(_, s)| *s).fold(f64::INFINITY, f64::min)

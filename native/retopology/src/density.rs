@@ -10,8 +10,8 @@
 //! 3. The edge length is searched for until the quads number what was asked; single pieces then make up the rest.
 
 use crate::base::Base;
-use crate::build::edge_for_faces;
 use crate::chords::{Run, Term, chords, cut, opposite};
+use crate::curvature::mean_along;
 use crate::division::parts;
 use crate::error::LayoutError;
 use crate::patch::{Patch, Plan};
@@ -191,13 +191,7 @@ fn count_for(
         Size::TargetFaces(0) => return Err(LayoutError::BadOption { option: "target faces", expected: "at least 1" }),
         Size::TargetFaces(faces) => (area / faces as f64).sqrt(),
     };
-    let mean_edge = match wanted {
-        Size::EdgeLength(h) => h,
-        Size::TargetFaces(faces) => edge_for_faces(&base.surface, faces),
-    };
-    // The last resort asks for nothing.
-    let error = if shortest.is_finite() { CHORD_ERROR * mean_edge } else { f64::INFINITY };
-    let sides = Sides::new(plan, &Fixed::default(), start, [error, shortest * mean_edge], irregularity);
+    let sides = Sides::new(plan, &Fixed::default(), start, shortest, irregularity);
     let mut filler = Filler::new();
     let mut counts = sides.solve(start, monitor)?;
     let mut edge_length = start;
@@ -272,7 +266,7 @@ fn beside(
     apart: bool,
     monitor: &Monitor,
 ) -> Result<Counts, LayoutError> {
-    let sides = Sides::new(plan, &Fixed { counts: fixed, apart }, h, [CHORD_ERROR * h, SHORTEST * h], irregularity);
+    let sides = Sides::new(plan, &Fixed { counts: fixed, apart }, h, SHORTEST, irregularity);
     let mut filler = Filler::new();
     let mut best: Option<(f64, Vec<u32>)> = None;
     let mut edge_length = h;
@@ -293,15 +287,15 @@ fn beside(
 }
 
 /// Area of the surface in units of the relative size there.
-fn scaled_area(base: &Base, size: &[f64]) -> f64 {
+pub(crate) fn scaled_area(base: &Base, size: &[f64]) -> f64 {
     let mean = |t: &[u32; 3]| t.iter().map(|&v| size[v as usize]).sum::<f64>() / 3.0;
     let triangles = base.surface.triangles.iter().enumerate();
     triangles.map(|(i, t)| base.surface.area_normal(i).length() / 2.0 / mean(t).powi(2)).sum()
 }
 
 impl<'a> Sides<'a> {
-    fn new(plan: Plan<'a>, fixed: &Fixed<'_>, h: f64, [error, shortest]: [f64; 2], irregularity: f64) -> Self {
-        let Plan { base, measures, patches, templates, size } = plan;
+    fn new(plan: Plan<'a>, fixed: &Fixed<'_>, h: f64, shortest: f64, irregularity: f64) -> Self {
+        let Plan { base, measures, patches, templates, size, plain } = plan;
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
         let mut lengths: Vec<f64> =
@@ -330,7 +324,10 @@ impl<'a> Sides<'a> {
         let mut bent = vec![false; base.edges.len()];
         for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
             let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
-            let wanted = parts(&points, error, shortest).len() as f64 * h;
+            let edge_length = mean_along(&edge.path, plain);
+            // The last resort asks for nothing.
+            let error = if shortest.is_finite() { CHORD_ERROR * edge_length } else { f64::INFINITY };
+            let wanted = parts(&points, error, shortest * edge_length).len() as f64 * h;
             bent[e] = wanted > 1.05 * lengths[e];
             lengths[e] = lengths[e].max(wanted);
         }

@@ -17,6 +17,8 @@ const PINNING_TURN: f64 = PI * 12.0 / 180.0;
 const MOST_STRAY: f64 = PI * 9.0 / 180.0;
 /// An edge that leaves its rail by this fraction of the edge length costs as much as one of zero length.
 const TOLERANCE: f64 = 0.03;
+/// An edge that leaves its rail by less than this fraction of the edge length follows it wherever its ends are.
+const HARDLY: f64 = 0.003;
 /// Weight of a vertex's distance from its even place, in edges, squared.
 const STAY: f64 = 0.3;
 
@@ -84,6 +86,27 @@ impl Line {
         Self { polyline: Polyline::new(points.clone()), points, arc }
     }
 
+    /// The point of a closed line at which it turns most.
+    fn sharpest(&self) -> DVec3 {
+        let n = self.points.len() - 1;
+        let turn = |i: usize| {
+            let (before, at, after) = (self.points[(i + n - 1) % n], self.points[i], self.points[i + 1]);
+            if before == at || at == after { 0.0 } else { (at - before).angle_between(after - at) }
+        };
+        self.points[(0..n).fold(0, |best, i| if turn(i) > turn(best) + 1e-9 { i } else { best })]
+    }
+
+    /// A closed line started elsewhere.
+    fn from(&self, start: f64) -> Self {
+        let first = self.arc.partition_point(|&a| a <= start);
+        let split = self.polyline.at(start);
+        let mut points = vec![split];
+        points.extend(&self.points[first..]);
+        points.extend(&self.points[1..first]);
+        points.push(split);
+        Self::new(points)
+    }
+
     /// How far the rail leaves the chord from one arc length to another, and its direction.
     fn leaves(&self, from: f64, to: f64) -> (f64, f64) {
         let (first, last) = (self.arc.partition_point(|&a| a <= from), self.arc.partition_point(|&a| a < to));
@@ -106,37 +129,35 @@ impl Line {
     }
 }
 
-/// Divides all rails. `even` gives the arc lengths, from the start of a base edge, of the points that divide it evenly.
-pub(crate) fn divide(base: &Base, rails: &Rails, even: &dyn Fn(u32) -> Vec<f64>, edge_length: f64) -> Division {
+/// Divides all rails. `even` gives the arc lengths, from the start of a base edge, of the points that divide it evenly;
+/// `edge_lengths` what is wanted along each rail otherwise.
+pub(crate) fn divide(base: &Base, rails: &Rails, even: &dyn Fn(u32) -> Vec<f64>, edge_lengths: &[f64]) -> Division {
     let mut division = Division {
         of_vertex: vec![None; base.vertices.len()],
         of_edge: vec![Vec::new(); base.edges.len()],
         vertex_stays: vec![false; base.vertices.len()],
         edge_stays: vec![Vec::new(); base.edges.len()],
     };
-    for steps in &rails.steps {
-        let mut points: Vec<DVec3> = Vec::new();
+    for ((steps, points), &edge_length) in rails.steps.iter().zip(&rails.points).zip(edge_lengths) {
         let mut wanted = vec![0.0];
         let mut start = 0.0;
         for step in steps {
             let path = &base.edges[step.edge as usize].path;
-            let mut own: Vec<DVec3> = path.iter().map(|&v| base.surface.positions[v as usize]).collect();
-            let length: f64 = own.windows(2).map(|w| w[0].distance(w[1])).sum();
+            let at = |v: u32| base.surface.positions[v as usize];
+            let length: f64 = path.windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum();
             let mut inner = even(step.edge);
             if !step.forward {
-                own.reverse();
                 inner.reverse();
                 for a in &mut inner {
                     *a = length - *a;
                 }
             }
-            points.extend(&own[usize::from(!points.is_empty())..]);
             wanted.extend(inner.iter().map(|a| start + a));
             start += length;
             wanted.push(start);
         }
-        let line = Line::new(points);
-        let chosen = choose(&line, &wanted, edge_length);
+        let line = Line::new(points.clone());
+        let chosen = choose(&line, &wanted, &vec![false; wanted.len()], edge_length);
         let stays: Vec<bool> = chosen.iter().map(|&a| line.turns(a, 0.5 * edge_length) > PINNING_TURN).collect();
         let places: Vec<DVec3> = chosen.iter().map(|&a| line.polyline.at(a)).collect();
         let mut at = 0;
@@ -160,8 +181,63 @@ pub(crate) fn divide(base: &Base, rails: &Rails, even: &dyn Fn(u32) -> Vec<f64>,
     division
 }
 
-/// The best arc lengths near the wanted ones; the first and the last stay.
-fn choose(line: &Line, wanted: &[f64], edge_length: f64) -> Vec<f64> {
+/// The vertices of a rail, given in order, put where the edges between them follow it, near where they are; and for each
+/// whether an edge at it leaves the rail by more than [`HARDLY`]. Those that `stays` names stay, and the ends of an open rail; a closed
+/// one repeats its first. `None` where the vertices are not in order along the rail.
+pub(crate) fn settled(
+    points: &[DVec3],
+    places: &[DVec3],
+    stays: &[bool],
+    edge_length: f64,
+) -> Option<(Vec<DVec3>, Vec<bool>)> {
+    let n = places.len().checked_sub(1).filter(|&n| n > 0)?;
+    let closed = places[0] == places[n];
+    let (line, turn) = if closed {
+        // It starts at a vertex that stays, or at the one nearest to its sharpest bend.
+        let whole = Line::new(points.to_vec());
+        let turn = stays[..n].iter().position(|&stays| stays);
+        let (turn, start) = if let Some(turn) = turn {
+            (turn, places[turn])
+        } else {
+            let bend = whole.sharpest();
+            let far = |i: usize| places[i].distance_squared(bend);
+            ((0..n).fold(0, |best, i| if far(i) < far(best) { i } else { best }), bend)
+        };
+        (whole.from(whole.polyline.locate(start)), turn)
+    } else {
+        (Line::new(points.to_vec()), 0)
+    };
+    // Vertex i of the rail's order is vertex (i + turn) % n of those given, on closed rails.
+    let given = |i: usize| if closed { (i + turn) % n } else { i };
+    let mut arcs: Vec<f64> = (0..=n).map(|i| line.polyline.locate(places[given(i)])).collect();
+    (arcs[0], arcs[n]) = (0.0, line.polyline.length());
+    if arcs.windows(2).any(|w| w[0] >= w[1]) {
+        return None;
+    }
+    let stays: Vec<bool> = (0..=n).map(|i| stays[given(i)]).collect();
+    let chosen = choose(&line, &arcs, &stays, edge_length);
+    let mut bent = vec![false; n + 1];
+    for i in 0..n {
+        let away = |arcs: &[f64]| line.leaves(arcs[i], arcs[i + 1]).0 > HARDLY * edge_length;
+        if away(&arcs) || away(&chosen) {
+            (bent[given(i)], bent[given(i + 1)]) = (true, true);
+        }
+    }
+    let mut moved = places.to_vec();
+    if bent.contains(&true) {
+        // The ends of an open rail stay to the last bit, and so do vertices that stay.
+        for i in (0..=n).filter(|&i| !stays[i] && (closed || (i > 0 && i < n))) {
+            moved[given(i)] = line.polyline.at(chosen[i]);
+        }
+    }
+    if closed {
+        (moved[n], bent[n]) = (moved[0], bent[0]);
+    }
+    Some((moved, bent))
+}
+
+/// The best arc lengths near the wanted ones; the first, the last and those that `stays` names stay.
+fn choose(line: &Line, wanted: &[f64], stays: &[bool], edge_length: f64) -> Vec<f64> {
     let n = wanted.len();
     let spacing = |i: usize| match i {
         0 => wanted[1] - wanted[0],
@@ -173,7 +249,7 @@ fn choose(line: &Line, wanted: &[f64], edge_length: f64) -> Vec<f64> {
     for i in 1..n {
         let gap = spacing(i).max(f64::MIN_POSITIVE);
         let mut places = vec![wanted[i]];
-        if i + 1 < n {
+        if i + 1 < n && !stays[i] {
             let near = |a: &&f64| (**a - wanted[i]).abs() < 0.8 * gap;
             places.extend(line.arc.iter().filter(near));
             places.extend([-0.4, -0.2, 0.2, 0.4].map(|t| wanted[i] + t * gap));
@@ -214,4 +290,42 @@ fn choose(line: &Line, wanted: &[f64], edge_length: f64) -> Vec<f64> {
         k = rows[i][k].2;
     }
     chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A regular polygon of the given corners and side 1, its first corner repeated.
+    fn ring(corners: u32) -> Vec<DVec3> {
+        let radius = 0.5 / (PI / f64::from(corners)).sin();
+        let at = |k: u32| {
+            let angle = 2.0 * PI * f64::from(k % corners) / f64::from(corners);
+            DVec3::new(angle.cos(), angle.sin(), 0.0) * radius
+        };
+        (0..=corners).map(at).collect()
+    }
+
+    #[test]
+    fn vertices_that_slid_off_bends_return_to_them() {
+        let points = ring(12);
+        let line = Polyline::new(points.clone());
+        let mut places: Vec<DVec3> = (0..12).map(|k| line.at(f64::from(k) + 0.3)).collect();
+        places.push(places[0]);
+        let (moved, bent) = settled(&points, &places, &[false; 13], 1.0).unwrap();
+        assert!(bent.iter().all(|&bent| bent));
+        for at in &moved {
+            assert!(points.iter().any(|p| p.distance(*at) < 1e-9), "{at}");
+        }
+        assert_eq!(moved[0], moved[12]);
+        // One that is held stays, and so does everything on a straight rail.
+        let mut stays = [false; 13];
+        stays[4] = true;
+        assert_eq!(settled(&points, &places, &stays, 1.0).unwrap().0[4], places[4]);
+        let straight = [0.0, 3.0].map(|x| DVec3::X * x);
+        let uneven = [0.0, 0.7, 2.5, 3.0].map(|x| DVec3::X * x);
+        assert_eq!(settled(&straight, &uneven, &[false; 4], 1.0).unwrap(), (uneven.to_vec(), vec![false; 4]));
+        places.swap(3, 7);
+        assert!(settled(&points, &places, &[false; 13], 1.0).is_none());
+    }
 }

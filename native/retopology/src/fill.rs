@@ -53,11 +53,11 @@ pub(crate) fn fill(
     rails: &Rails,
     monitor: &Monitor,
 ) -> Result<Filled, LayoutError> {
-    let Plan { base, measures, patches, size, .. } = plan;
-    let Counts { of_edge: counts, edge_length, .. } = counts;
+    let Plan { base, measures, patches, size, plain, .. } = plan;
+    let counts = &counts.of_edge;
     let mut filled = Filled::default();
     let arcs = |e: u32| divide_evenly(base, &base.edges[e as usize].path, counts[e as usize], size);
-    let division = division::divide(base, rails, &arcs, *edge_length);
+    let division = division::divide(base, rails, &arcs, &rails.means(base, plain));
     for (v, &at) in base.vertices.iter().enumerate() {
         filled.positions.push(division.of_vertex[v].unwrap_or(base.surface.positions[at as usize]));
         filled.stays.push(division.vertex_stays[v]);

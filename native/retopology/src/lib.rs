@@ -13,6 +13,7 @@ mod density;
 mod division;
 mod error;
 pub mod failure;
+mod fidelity;
 mod fill;
 mod inspect;
 mod keep;

@@ -27,6 +27,8 @@ pub(crate) struct Plan<'a> {
     pub templates: &'a [Chosen],
     /// Relative edge length at each vertex of the surface.
     pub size: &'a [f64],
+    /// The edge length wanted there before curvature and bends were looked at, scene units: what counts as near is a part of it.
+    pub plain: &'a [f64],
 }
 
 /// The rim of a few base triangles.

@@ -14,17 +14,18 @@ use crate::density::Size;
 use crate::error::LayoutError;
 use crate::failure::RetopologizeError;
 use crate::features::{Features, Network};
+use crate::fidelity::followed;
 use crate::input::{Placement, normalised};
 use crate::keep::Kept;
 use crate::output::{BasePath, FeatureKind, Output, OutputFeature, Report};
 use crate::project::Project;
 use crate::quads::{LayoutOptions, Quads, quads_after};
 use crate::session::{EditReport, Session};
-use crate::sources::{corner_sources, distance_to_segment, nearest_edges};
+use crate::sources::{corner_sources, nearest_edges};
 use crate::surfaces::Ground;
 use crate::symmetry::Symmetry;
 use crate::templates::{TemplateChoice, TemplatePlace, edges_at};
-use mesh::{Cancelled, DVec3, Monitor, NONE, PolygonMesh, scaled_jacobian, sorted};
+use mesh::{DVec3, Monitor, NONE, PolygonMesh, scaled_jacobian, sorted};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,8 +34,6 @@ use surface::triangulate::{Triangulated, triangulate};
 
 /// Most quads: what a scene can hold, and a slip of the edge length should not ask for.
 const MOST_FACES: f64 = 4e6;
-/// A feature counts as reproduced within this part of the mean edge length.
-const REPRODUCED: f64 = 0.05;
 /// A result this far from its target is worth a word.
 pub(crate) const NEAR_TARGET: f64 = 0.05;
 
@@ -126,7 +125,10 @@ impl Workpiece {
                 let score = if tries.len() == 1 {
                     0.0
                 } else {
-                    coarse::score(&laid(&session, &Ground::new(session.base())?, &layout, None, monitor)?.0)
+                    let positions = &input.mesh.positions;
+                    let (quads, _) = laid(&session, &Ground::new(session.base())?, &layout, None, monitor)?;
+                    let chains = input_chains(session.network(), positions.len());
+                    coarse::score(&quads, followed(&quads, &chains, positions, monitor)?.share())
                 };
                 if best.as_ref().is_none_or(|(least, _)| score < *least) {
                     best = Some((score, session));
@@ -219,8 +221,11 @@ impl Workpiece {
             .iter()
             .map(|chain| chain.iter().filter(|edge| !cut.contains(&sorted(edge[0], edge[1]))).copied().collect())
             .collect();
-        let dropped = self.session.dropped();
-        measure_features(&mut report, &quads, &measured, dropped, positions, self.placement, monitor)?;
+        let mut followed = followed(&quads, &measured, positions, monitor)?;
+        let length = |[a, b]: &[u32; 2]| positions[*a as usize].distance(positions[*b as usize]);
+        followed.length += self.session.dropped().iter().map(length).sum::<f64>();
+        report.feature_length = followed.length * self.placement.scale;
+        report.features_reproduced = followed.share();
         clock.lap("measure");
         let (base_mesh, base_paths) = self.base()?;
         Ok(Output {
@@ -442,51 +447,6 @@ fn sites(base: &Base, network: &Network) -> usize {
         edge.ends.iter().for_each(|&v| asked[v as usize] = true);
     }
     asked.iter().filter(|asked| !**asked).count()
-}
-
-/// How much of the features' length the edges of the result follow, sampled at the middles of the input's edges.
-fn measure_features(
-    report: &mut Report,
-    quads: &Quads,
-    chains: &[Vec<[u32; 2]>],
-    dropped: &[[u32; 2]],
-    positions: &[DVec3],
-    placement: Placement,
-    monitor: &Monitor,
-) -> Result<(), Cancelled> {
-    let mut made = vec![Vec::new(); chains.len()];
-    let (mut total, mut sides) = (0.0, 0.0);
-    let at = |v: u32| quads.mesh.positions[v as usize];
-    for face in quads.mesh.faces() {
-        for k in 0..face.len() {
-            total += at(face[k]).distance(at(face[(k + 1) % face.len()]));
-            sides += 1.0;
-        }
-    }
-    let limit = REPRODUCED * total / f64::max(sides, 1.0);
-    for edge in &quads.feature_edges {
-        if let Some(of_chain) = edge.chain.and_then(|chain| made.get_mut(chain as usize)) {
-            of_chain.push(edge.ends.map(at));
-        }
-    }
-    let length_of = |[a, b]: &[u32; 2]| positions[*a as usize].distance(positions[*b as usize]);
-    let (mut length, mut near) = (dropped.iter().map(length_of).sum::<f64>(), 0.0);
-    for (chain, made) in chains.iter().zip(&made) {
-        let parts: Vec<(f64, bool)> = chain
-            .par_iter()
-            .map(|ends| {
-                monitor.check()?;
-                let [a, b] = ends.map(|v| positions[v as usize]);
-                let is_near = made.iter().any(|&[p, q]| distance_to_segment(a.midpoint(b), p, q) <= limit);
-                Ok((a.distance(b), is_near))
-            })
-            .collect::<Result<_, Cancelled>>()?;
-        length += parts.iter().map(|part| part.0).sum::<f64>();
-        near += parts.iter().filter(|part| part.1).map(|part| part.0).sum::<f64>();
-    }
-    report.feature_length = length * placement.scale;
-    report.features_reproduced = if length > 0.0 { near / length } else { 1.0 };
-    Ok(())
 }
 
 pub(crate) fn warnings(report: &Report) -> Vec<String> {

@@ -4,6 +4,7 @@ use crate::base::Base;
 use crate::build::edge_for_faces;
 use crate::curvature;
 use crate::density::{self, Counts, Size};
+use crate::division;
 use crate::error::LayoutError;
 use crate::fill::{self, Filled, Place};
 use crate::keep::{Carried, Kept};
@@ -185,8 +186,13 @@ pub(crate) fn quads_after(
         Size::EdgeLength(length) => length,
     };
     let error = (options.chord_error * diagonal).max(LEAST_CHORD_ERROR * mean_edge);
+    let plain_edge = match options.size {
+        Size::TargetFaces(faces) => (density::scaled_area(base, &size) / faces.max(1) as f64).sqrt(),
+        Size::EdgeLength(length) => length,
+    };
+    let plain: Vec<f64> = size.iter().map(|size| size * plain_edge).collect();
     if options.chord_error.is_finite() {
-        curvature::bound(base, measures, error, mean_edge, options.size, &mut size);
+        curvature::bound(base, measures, options.chord_error * diagonal, &plain, options.size, &mut size);
     }
     let templates = templates::chosen(base, measures, &options.catalogue, &options.templates)?;
     let forced: Vec<[u32; 2]> = templates.iter().map(|template| template.pair).collect();
@@ -204,7 +210,7 @@ pub(crate) fn quads_after(
     clock.stop("pairing");
 
     let first = carried.patches.len();
-    let plan = Plan { base, measures: measures, patches: &patches, templates: &templates, size: &size };
+    let plan = Plan { base, measures, patches: &patches, templates: &templates, size: &size, plain: &plain };
     let new = Plan { patches: &patches[first..], ..plan };
     monitor.stage("density", 0.2)?;
     let counts = if first > 0 {
@@ -228,13 +234,10 @@ pub(crate) fn quads_after(
     {
         return quads_after(ground, names, options, None, monitor);
     }
-    let mut rails = Rails::new(base, measures);
-    for &v in &options.fixed {
-        let Some(corner) = rails.corner.get_mut(v as usize) else {
-            return Err(LayoutError::BadOption { option: "fixed", expected: "vertices of the base" });
-        };
-        *corner = true;
+    if options.fixed.iter().any(|&v| v as usize >= base.vertices.len()) {
+        return Err(LayoutError::BadOption { option: "fixed", expected: "vertices of the base" });
     }
+    let rails = Rails::new(base, measures, &options.fixed);
     let filled = fill::fill(plan, &counts, &topologies, &carried, &rails, monitor)?;
     clock.stop("fill");
 
@@ -254,6 +257,7 @@ pub(crate) fn quads_after(
     let wanted = Wanted {
         size: &size,
         edge_length: counts.edge_length,
+        rail_edge: &rails.means(base, &plain),
         error,
         chart_of,
         are_new: &are_new,
@@ -358,6 +362,8 @@ struct Wanted<'a> {
     /// Relative edge length at each vertex of the surface, and what it is relative to.
     size: &'a [f64],
     edge_length: f64,
+    /// Edge length wanted along each rail, scene units.
+    rail_edge: &'a [f64],
     /// How far edges may leave the surface.
     error: f64,
     /// Chart of each base triangle, and whether its quads are new.
@@ -394,11 +400,26 @@ impl<'a> Work<'a> {
         if part.release(&reached) > 0 {
             part.optimise(&lengths, 0, smooth, monitor)?;
         }
+        self.take_back(&part, &names, movable);
+        if wanted.rounds > 0 {
+            let held = self.settle(wanted.rail_edge, movable);
+            let (mut part, names) = self.part(movable);
+            part.optimise(&lengths, wanted.rounds / 3, smooth, monitor)?;
+            let held: Vec<usize> = held.into_iter().filter_map(|v| names.binary_search(&(v as u32)).ok()).collect();
+            if part.release(&held) > 0 {
+                part.optimise(&lengths, 0, smooth, monitor)?;
+            }
+            self.take_back(&part, &names, movable);
+        }
+        Ok(())
+    }
+
+    /// Vertices of a part, where they are now. Those that may not move are where they were, but held: they keep their constraint.
+    fn take_back(&mut self, part: &Self, names: &[u32], movable: &[bool]) {
         for (own, &whole) in names.iter().enumerate().filter(|(_, v)| movable[**v as usize]) {
             self.filled.positions[whole as usize] = part.filled.positions[own];
             self.constraints[whole as usize] = part.constraints[own];
         }
-        Ok(())
     }
 
     /// The quads around vertices that may move, by themselves, and the names of their vertices.
@@ -418,6 +439,7 @@ impl<'a> Work<'a> {
                 positions: names.iter().map(|&v| all.positions[v as usize]).collect(),
                 quads: quads.iter().map(|&q| all.quads[q].map(own)).collect(),
                 patch_of: quads.iter().map(|&q| all.patch_of[q]).collect(),
+                places: names.iter().map(|&v| all.places[v as usize]).collect(),
                 ..Filled::default()
             },
             ..*self
@@ -464,6 +486,38 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
+    /// Moves the vertices of bent rails that may move to where the edges between them follow the rails again, and fixes them there: the
+    /// pull spread them with no eye for bends. Returns those that were free to slide.
+    fn settle(&mut self, edge_lengths: &[f64], movable: &[bool]) -> Vec<usize> {
+        let mut held = Vec::new();
+        for ((steps, points), &edge_length) in self.rails.steps.iter().zip(&self.rails.points).zip(edge_lengths) {
+            let mut along: Vec<u32> = Vec::new();
+            for step in steps {
+                let mut own = self.filled.along[step.edge as usize].clone();
+                if !step.forward {
+                    own.reverse();
+                }
+                along.extend(&own[usize::from(!along.is_empty())..]);
+            }
+            let places: Vec<mesh::DVec3> = along.iter().map(|&v| self.filled.positions[v as usize]).collect();
+            let stays = |&v: &u32| !movable[v as usize] || self.constraints[v as usize] == Constraint::Fixed;
+            let stays: Vec<bool> = along.iter().map(stays).collect();
+            if stays.iter().all(|stays| *stays) {
+                continue;
+            }
+            let Some((places, bent)) = division::settled(points, &places, &stays, edge_length) else { continue };
+            for ((&v, place), bent) in along.iter().zip(places).zip(bent) {
+                let v = v as usize;
+                self.filled.positions[v] = place;
+                if bent && self.constraints[v] != Constraint::Fixed {
+                    self.constraints[v] = Constraint::Fixed;
+                    held.push(v);
+                }
+            }
+        }
+        held
+    }
+
     /// Moves free vertices to the points of the surface that stick out of the quads, and fixes them there: see
     /// [`reach::missed`]. Returns them.
     fn reach(&mut self, wanted: &Wanted<'_>, monitor: &Monitor) -> Result<Vec<usize>, LayoutError> {
@@ -504,7 +558,7 @@ impl<'a> Work<'a> {
             }
         }
         let released = fixed.iter().filter(|&&v| bad[v]);
-        released.map(|&v| self.constraints[v] = Constraint::Free).count()
+        released.map(|&v| self.constraints[v] = constraint(self.filled.places[v], self.rails)).count()
     }
 
     /// The topological search, with features and borders kept.

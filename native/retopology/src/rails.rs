@@ -1,6 +1,7 @@
 //! The lines that quads keep to: feature chains and borders as polylines, and the points on them that stay.
 
 use crate::base::Base;
+use crate::curvature::mean_along;
 use crate::measures::Measures;
 use mesh::DVec3;
 use std::f64::consts::PI;
@@ -14,6 +15,8 @@ const CORNER_TURN: f64 = PI * 40.0 / 180.0;
 pub(crate) struct Rails {
     /// The lines; closed ones repeat their first point.
     pub lines: Vec<Polyline>,
+    /// Their points.
+    pub points: Vec<Vec<DVec3>>,
     /// Line of each base edge that is a rail.
     pub of_edge: Vec<Option<u32>>,
     /// Line that each base vertex slides along; `None` for those on no rail and for corners.
@@ -35,14 +38,14 @@ pub(crate) struct Step {
 }
 
 impl Rails {
-    /// O(base edges and their paths).
-    pub fn new(base: &Base, measures: &Measures) -> Self {
+    /// Rails that end at corners and at `fixed` base vertices. O(base edges and their paths).
+    pub fn new(base: &Base, measures: &Measures, fixed: &[u32]) -> Self {
         let count = base.vertices.len();
         let mut around: Vec<Vec<u32>> = vec![Vec::new(); count];
         for (e, edge) in (0..).zip(&base.edges).filter(|(e, _)| measures.rails[*e as usize]) {
             edge.ends.iter().for_each(|&v| around[v as usize].push(e));
         }
-        let corner: Vec<bool> = (0..count)
+        let mut corner: Vec<bool> = (0..count)
             .map(|v| match around[v][..] {
                 [] => false,
                 [a, b] => {
@@ -53,8 +56,10 @@ impl Rails {
                 _ => true,
             })
             .collect();
+        fixed.iter().for_each(|&v| corner[v as usize] = true);
         let mut rails = Self {
             lines: vec![],
+            points: vec![],
             steps: vec![],
             of_edge: vec![None; base.edges.len()],
             of_vertex: vec![None; count],
@@ -76,6 +81,15 @@ impl Rails {
         rails
     }
 
+    /// The mean along each line of what `values` has at the vertices of the surface.
+    pub fn means(&self, base: &Base, values: &[f64]) -> Vec<f64> {
+        let mean = |steps: &Vec<Step>| {
+            let of_step = |step: &Step| mean_along(&base.edges[step.edge as usize].path, values);
+            steps.iter().map(of_step).sum::<f64>() / steps.len() as f64
+        };
+        self.steps.iter().map(mean).collect()
+    }
+
     /// Adds the line that leaves `start` along `edge`.
     fn follow(&mut self, base: &Base, around: &[Vec<u32>], start: u32, edge: u32) {
         let line = self.lines.len() as u32;
@@ -94,7 +108,8 @@ impl Rails {
             self.of_vertex[at as usize] = Some(line);
             edge = around[at as usize].iter().copied().find(|&e| self.of_edge[e as usize].is_none());
         }
-        self.lines.push(Polyline::new(points));
+        self.lines.push(Polyline::new(points.clone()));
+        self.points.push(points);
         self.steps.push(steps);
     }
 }
