@@ -9,6 +9,7 @@
 mod arrays;
 mod boolean;
 mod defects;
+mod design;
 mod errors;
 mod fit;
 mod mesh;
@@ -18,6 +19,7 @@ mod retopology_options;
 mod schedule;
 mod session;
 mod surface;
+mod surface_options;
 mod tiling;
 mod worker;
 
@@ -41,5 +43,6 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     session::register(module)?;
     schedule::register(module)?;
     surface::register(module)?;
+    design::register(module)?;
     tiling::register(module)
 }

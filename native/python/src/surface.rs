@@ -1,14 +1,15 @@
 //! `quadloom.tile_surface` and its result.
 
 use crate::arrays;
-use crate::errors::{self, InternalError, InvalidMeshError, QuadloomError};
+use crate::errors::{self, InfeasibleError, InternalError, InvalidMeshError, QuadloomError};
 use crate::mesh::Mesh;
 use crate::patch_graph::PatchGraph;
 use crate::schedule::{self, Schedule};
+use crate::surface_options::{PanelKeywords, SurfaceKeywords};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    Fill, PanelSize, Partition, PolygonTiling, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, tile_polygons,
+    GraphFault, PanelSize, Partition, PolygonTiling, PolygonsError, SurfaceError, SurfaceOptions, tile_polygons,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -28,7 +29,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// What `tile_surface` returns.
 #[pyclass(frozen, get_all, module = "quadloom")]
-struct SurfaceResult {
+pub struct SurfaceResult {
     /// The panels, triangles and quads, with the topology of the surface.
     mesh: Py<Mesh>,
     /// The panels measured and sorted into types, as `panel_schedule` does.
@@ -105,59 +106,28 @@ fn tile_surface(
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<SurfaceResult> {
     let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
-    let features = feature_edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges"));
-    let within = |name: &str, value: i64, range: std::ops::RangeInclusive<i64>| {
-        if range.contains(&value) {
-            return Ok(value);
-        }
-        Err(bad_option(format!("{name} is {value}, but it must lie between {} and {}", range.start(), range.end())))
-    };
-    let angle = |name: &str, value: f64| {
-        if (0.0..=std::f64::consts::PI).contains(&value) {
-            return Ok(value);
-        }
-        Err(bad_option(format!("{name} is {value}, but it must lie between 0 and pi")))
-    };
-    if !(1e-3..=1e3).contains(&closeness) {
-        return Err(bad_option(format!("closeness is {closeness}, but it must lie between 0.001 and 1000")));
-    }
-    let fill = match pattern {
-        "regular" => Fill::Regular,
-        "random" => Fill::Random { seed, patch_panels: within("patch_panels", patch_panels, 12..=200)? as usize },
-        _ => return Err(bad_option(format!("pattern is \"{pattern}\"; it must be one of: regular, random"))),
+    let keywords =
+        SurfaceKeywords { edge_length, feature_edges, target_panels, corners, feature_angle, corner_angle };
+    let pattern = pattern.to_owned();
+    let panels = PanelKeywords {
+        pattern,
+        seed,
+        patch_panels,
+        shaping_rounds,
+        flattening_rounds,
+        closeness,
+        type_tolerance,
+        mirror,
     };
     let partition = match partition {
         "even" => Partition::Expansion,
         "patches" => Partition::Paper,
         _ => return Err(bad_option(format!("partition is \"{partition}\"; it must be one of: even, patches"))),
     };
-    let corners = corners.map_or(Ok(vec![]), |given| arrays::pairs(&given, "corners")).map_err(bad_option)?;
-    let vertex_count = mesh.get().inner.vertex_count();
-    if let Some([vertex, c_index]) = corners.iter().find(|[v, c]| *v as usize >= vertex_count || !(2..=10).contains(c))
-    {
-        return Err(bad_option(format!(
-            "corners has the vertex {vertex} with the c-index {c_index}; vertices must be below {vertex_count} and c-indices 2 to 10"
-        )));
-    }
-    let size = match edge_length {
-        Some(length) => PanelSize::EdgeLength(length),
-        None => PanelSize::Count(within("target_panels", target_panels, 1..=2_000_000)? as u32),
-    };
-    let options = SurfaceOptions {
-        marked_edges: features.map_err(bad_option)?,
-        feature_angle: angle("feature_angle", feature_angle)?,
-        corner_angle: angle("corner_angle", corner_angle)?,
-        partition,
-        corners: corners.into_iter().map(|[vertex, c_index]| (vertex, c_index as u8)).collect(),
-        fill,
-        shape: ShapeOptions {
-            rounds: within("shaping_rounds", shaping_rounds, 0..=1000)? as usize,
-            flattening_rounds: within("flattening_rounds", flattening_rounds, 0..=1000)? as usize,
-            closeness,
-        },
-    };
-    let types = ScheduleOptions { tolerance: type_tolerance, mirror };
     let mesh = Arc::clone(&mesh.get().inner);
+    let (size, options) = keywords.options(mesh.vertex_count()).map_err(bad_option)?;
+    let (fill, shape, types) = panels.options().map_err(bad_option)?;
+    let options = SurfaceOptions { partition, fill, shape, ..options };
     let outcome = worker::run(py, progress.as_ref(), move |monitor| {
         let made = monitor.within(0.0, 0.9, || tile_polygons(&mesh, size, &options, monitor))?;
         let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.tiling.mesh, &types, monitor))?;
@@ -168,7 +138,7 @@ fn tile_surface(
 }
 
 /// Either half of the work may fail.
-enum Failure {
+pub enum Failure {
     Tiling(PolygonsError),
     Schedule(ScheduleError),
 }
@@ -186,7 +156,7 @@ impl From<ScheduleError> for Failure {
 }
 
 impl Failure {
-    fn to_exception(&self, py: Python<'_>) -> PyErr {
+    pub fn to_exception(&self, py: Python<'_>) -> PyErr {
         match self {
             Self::Tiling(error) => tiling_exception(py, error),
             Self::Schedule(error) => schedule::to_exception(py, error),
@@ -213,6 +183,14 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
             let elements = [("features".to_owned(), at.as_slice())];
             errors::raise::<QuadloomError>(py, "feature_not_edge", sentence, None, elements)
         }
+        SurfaceError::Graph(fault) => {
+            let elements = [("nodes", &fault.nodes), ("sides", &fault.sides)];
+            let elements = elements.map(|(kind, indices)| (kind.to_owned(), indices.as_slice()));
+            errors::raise::<InfeasibleError>(py, graph_code(fault.fault), sentence, None, elements)
+        }
+        SurfaceError::NoPartition | SurfaceError::NoLengths => {
+            errors::raise_plain::<InfeasibleError>(py, "no_patches", sentence)
+        }
         SurfaceError::Cancelled(_) => worker::cancelled(py),
         // The mesh was looked at before.
         _ => {
@@ -221,7 +199,19 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
     }
 }
 
-fn to_result(
+fn graph_code(fault: GraphFault) -> &'static str {
+    match fault {
+        GraphFault::Malformed => "graph_malformed",
+        GraphFault::Far => "graph_far",
+        GraphFault::Apart => "graph_apart",
+        GraphFault::Open => "graph_open",
+        GraphFault::NotFlat => "graph_not_flat",
+        GraphFault::NotClosing => "graph_not_closing",
+    }
+}
+
+/// The panels, measured, with a report.
+pub fn to_result(
     py: Python<'_>,
     asked: PanelSize,
     partition: Partition,

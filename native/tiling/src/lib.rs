@@ -9,6 +9,7 @@ mod border;
 mod boundary;
 mod certificate;
 mod corner;
+mod design;
 mod drawn;
 mod error;
 mod explain;
@@ -38,12 +39,13 @@ mod tilings;
 mod value;
 
 pub use self::surface::{
-    Corner, Fill, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PolyhedronOptions, PolyhedronTiling,
+    Corner, DrawnGraph, Fill, GraphError, GraphFault, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PolyhedronOptions, PolyhedronTiling,
     Proposal, ShapeOptions, Side, Steps, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polyhedron, tile_surface,
 };
 pub use border::Conflict;
 pub use boundary::Boundary;
 pub use certificate::Certificate;
+pub use design::PolygonDesign;
 pub use error::TilingError;
 pub use explain::{Explanation, Verdict, explain_boundary};
 pub use fit::{Fit, FitOptions, fit_boundary};

@@ -14,7 +14,8 @@
 //! index, so borders of patches are shared without stitching), `fill` (4.2.2: other tilings of the same surface), `shape` (4.2.4), `panels` (what a schedule needs).
 //!
 //! **The paper's own way** ([`Partition::Paper`]) has fewer irregular vertices, larger patches and no seam along the border, but may
-//! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand),
+//! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand;
+//! `given` takes a graph that was drawn, which `inscribe` puts into the surface),
 //! `assemble` (the `patch_graph`), `lengths` and `courses` (problem 11), `paving` (tiles), then `shape` as above.
 //!
 //! Deviations of the expansion: defects sit at vertices of the triangulation, where the paper's sit
@@ -28,7 +29,9 @@ mod courses;
 mod curve;
 mod cut;
 mod fill;
+mod given;
 mod guided;
+mod inscribe;
 mod input;
 mod layout;
 mod lengths;
@@ -43,6 +46,7 @@ mod region;
 mod search;
 mod shape;
 
+pub use given::{DrawnGraph, GraphError, GraphFault};
 pub use guided::{PatchDesign, Proposal};
 pub use lengths::Steps;
 pub use panels::Panel;
@@ -190,6 +194,9 @@ pub enum SurfaceError {
     /// Faces without c-indices.
     #[error(transparent)]
     Polygons(#[from] NoCIndices),
+    /// A patch graph that was given cannot be the partition.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
     /// The surface cannot be cut into disks that can be laid flat, or one of them not be divided.
     #[error(
         "no partition into flat patches was found; mark edges that divide the surface, use smaller panels, or the expansion"

@@ -101,6 +101,16 @@ impl PatchGraph {
         uses
     }
 
+    /// The graph with every point moved.
+    #[must_use]
+    pub fn moved(&self, to: impl Fn(DVec3) -> DVec3) -> Self {
+        let mut moved = self.clone();
+        for p in moved.sides.iter_mut().flat_map(|side| &mut side.points).chain(&mut moved.nodes) {
+            *p = to(*p);
+        }
+        moved
+    }
+
     /// Nodes less sides plus patches.
     pub fn euler_characteristic(&self) -> i64 {
         self.nodes.len() as i64 - self.sides.len() as i64 + self.patches.len() as i64
