@@ -746,6 +746,43 @@ class SurfaceResult:
     @property
     def report(self) -> dict[str, Any]:
         """What was done: counts, quality, seconds a stage, warnings."""
+    def zigzag(
+        self,
+        side: int,
+        edges: int = 1,
+        *,
+        pair: bool = False,
+        spread: bool = False,
+        position: float = 0.5,
+        progress: _Progress | None = None,
+    ) -> SurfaceResult:
+        """The same surface with a zigzag on a side of its patch graph: edges that leave the side's direction by 30 degrees.
+        Other sides change as little and as near as may be; only patches beside sides that changed get other panels, and sides
+        and patches keep their indices: report["edited_sides"], report["edited_patches"]. This result stays as it is.
+
+        side: index of a side of `patch_graph`.
+        edges: how many turn, 1 to 100, to the left as the side runs; to the right when negative.
+        pair: as many then turn to the other side, so that the side runs on in its direction.
+        spread: they lie apart along the side instead of one after the other: a more fractured pattern.
+        position: where along the side the middle is wished for, 0 to 1; elsewhere where only that has panels.
+        progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+        Raises InfeasibleError with the code "no_patches", "zigzag_open" (nothing closes) or "zigzag_untileable" (the patches in
+        its elements have no panels then); QuadloomError when an option is out of range; Cancelled."""
+    def zigzag_patch(
+        self,
+        patch: int,
+        edges: int = 1,
+        *,
+        first: int = 0,
+        pair: bool = False,
+        spread: bool = False,
+        position: float = 0.5,
+        progress: _Progress | None = None,
+    ) -> SurfaceResult:
+        """The same surface with zigzags on all three sides of a patch (a triple), or on two opposite sides of one of four (a
+        pair): the side that leaves its corner `first`, counting corners that are not straight, and the one opposite. Sides as
+        they run round the patch counter-clockwise; else as `zigzag`; "patch_sides" when it has more sides."""
 
 @final
 class PatchGraph:
@@ -778,6 +815,22 @@ class PatchGraph:
     @property
     def corner_sides(self) -> _Indices:
         """(C,) the side that leaves each corner."""
+    @property
+    def face_patches(self) -> _Indices:
+        """(F,) the patch of each panel. This and what follows is empty with pattern="random", whose panels lie across sides."""
+    @property
+    def side_vert_offsets(self) -> _Indices:
+        """(S + 1,) where the vertices of each side begin in `side_verts`, and their number."""
+    @property
+    def side_verts(self) -> _Indices:
+        """(K,) the vertices of the panels along each side as it runs, both ends included; vertex n is node n."""
+    @property
+    def course_offsets(self) -> _Indices:
+        """(S + 1,) where the edges of each side begin in `side_courses`, and their number."""
+    @property
+    def side_courses(self) -> _Indices:
+        """(E,) where each edge along a side goes, in units of 30 degrees from the side's own direction: 0 straight on, 1 to the
+        left, -1 to the right. Between 0 and another lies a vertex with the c-indices 5 and 7."""
 
 def tile_surface(
     mesh: Mesh,

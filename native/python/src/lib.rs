@@ -12,6 +12,7 @@ mod defects;
 mod errors;
 mod fit;
 mod mesh;
+mod patch_edit;
 mod patch_graph;
 mod retopology;
 mod retopology_options;

@@ -1,6 +1,7 @@
 //! `quadloom.PatchGraph`: how a surface was divided before it was tiled.
 
 use crate::arrays;
+use ::tiling::PatchTiles;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
@@ -25,11 +26,24 @@ pub struct PatchGraph {
     c_indices: Py<PyArray1<i32>>,
     /// (C,) int32: the side that leaves each corner.
     corner_sides: Py<PyArray1<i32>>,
+    /// (F,) int32: the patch of each panel. This and what follows is empty with pattern="random", whose panels lie across sides.
+    face_patches: Py<PyArray1<i32>>,
+    /// (S + 1,) int32: where the vertices of each side begin in `side_verts`, and their number.
+    side_vert_offsets: Py<PyArray1<i32>>,
+    /// (K,) int32: the vertices of the panels along each side as it runs, both ends included; vertex n is node n.
+    side_verts: Py<PyArray1<i32>>,
+    /// (S + 1,) int32: where the edges of each side begin in `side_courses`, and their number.
+    course_offsets: Py<PyArray1<i32>>,
+    /// (E,) int32: where each edge along a side goes, in units of 30 degrees from the side's own direction: 0 straight on,
+    /// 1 to the left, -1 to the right. Between 0 and another lies a vertex with the c-indices 5 and 7.
+    side_courses: Py<PyArray1<i32>>,
 }
 
 impl PatchGraph {
     /// As arrays.
-    pub fn new(py: Python<'_>, graph: &::tiling::PatchGraph) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, graph: &::tiling::PatchGraph, tiles: Option<&PatchTiles>) -> PyResult<Self> {
+        let nothing = PatchTiles::default();
+        let tiles = tiles.unwrap_or(&nothing);
         let offsets = |sizes: &mut dyn Iterator<Item = usize>| {
             let mut offsets = vec![0];
             offsets.extend(sizes.scan(0, |sum, size| {
@@ -55,6 +69,11 @@ impl PatchGraph {
             corner_nodes: of_corners(|corner| corner.node),
             c_indices: of_corners(|corner| corner.c_index.into()),
             corner_sides: of_corners(|corner| corner.side),
+            face_patches: arrays::index_array(py, &tiles.patch_of).unbind(),
+            side_vert_offsets: offsets(&mut tiles.along.iter().map(Vec::len)),
+            side_verts: arrays::index_array(py, &tiles.along.concat()).unbind(),
+            course_offsets: offsets(&mut tiles.courses.iter().map(Vec::len)),
+            side_courses: PyArray1::from_iter(py, tiles.courses.iter().flatten().map(|&offset| offset.into())).unbind(),
         })
     }
 }

@@ -2,7 +2,9 @@
 //! size become triangles, and the surface is tiled about the origin at about unit size, so that no place and no scale of the
 //! scene matters.
 
-use crate::surface::{Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+use crate::surface::{
+    Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, tile_surface,
+};
 use ::surface::inspect::{Fault, inspect, inspect_vertices};
 use ::surface::triangulate::triangulate;
 use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
@@ -57,6 +59,24 @@ pub struct PolygonTiling {
     pub taken_apart: Vec<u32>,
     /// How many vertices off the border have an angle defect that is not zero.
     pub irregular_interior_vertices: usize,
+    place: Place,
+}
+
+impl PolygonTiling {
+    fn new(made: SurfaceTiling, taken_apart: Vec<u32>, place: Place) -> Self {
+        let tiling = place.restored(made);
+        let topology = Topology::of(&tiling.mesh);
+        let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
+        Self { tiling, taken_apart, irregular_interior_vertices: irregular, place }
+    }
+
+    /// The same mesh with zigzags on sides of its patch graph, as [`SurfaceTiling::zigzag`].
+    ///
+    /// # Errors
+    /// [`SurfaceError::Edit`]; cancelled.
+    pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
+        Ok(Self::new(self.tiling.zigzag(zigzags, monitor)?, self.taken_apart.clone(), self.place))
+    }
 }
 
 /// Covers a polygon mesh by panels, as [`tile_surface`] covers triangles; faces may have any number of corners, and where
@@ -107,10 +127,7 @@ pub fn tile_polygons(
             }
         }
     }
-    let tiling = place.restored(made);
-    let topology = Topology::of(&tiling.mesh);
-    let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
-    Ok(PolygonTiling { tiling, taken_apart, irregular_interior_vertices: irregular })
+    Ok(PolygonTiling::new(made, taken_apart, place))
 }
 
 /// Edges of faces at which the surface turns by more than the angle. Diagonals of bent faces may turn as much, but are no
@@ -161,6 +178,7 @@ fn edge_length_of(
 }
 
 /// Where the mesh is, and how large.
+#[derive(Debug, Clone, Copy)]
 struct Place {
     origin: DVec3,
     /// A power of two, so that no digit is lost.

@@ -118,6 +118,6 @@ impl PatchDesign {
             start = Instant::now();
         };
         let tiled = Paper::new(&self.input, &self.draft, self.edge_length, &self.options, &mut lap, monitor)?;
-        tiled.ok_or(SurfaceError::NoLengths)?.measured(self.edge_length, stages)
+        tiled.ok_or(SurfaceError::NoLengths)?.measured(stages)
     }
 }
