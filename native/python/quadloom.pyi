@@ -20,7 +20,9 @@ __all__ = [
     "InternalError",
     "InvalidMeshError",
     "Mesh",
+    "PatchDesign",
     "PatchGraph",
+    "PatchPartition",
     "QuadloomError",
     "RetopologyResult",
     "RetopologySession",
@@ -746,11 +748,60 @@ class SurfaceResult:
     @property
     def report(self) -> dict[str, Any]:
         """What was done: counts, quality, seconds a stage, warnings."""
+    def zigzag(
+        self,
+        side: int,
+        edges: int = 1,
+        *,
+        pair: bool = False,
+        spread: bool = False,
+        position: float = 0.5,
+        progress: _Progress | None = None,
+    ) -> SurfaceResult:
+        """The same surface with a zigzag on a side of its patch graph: edges that leave the side's direction by 30 degrees.
+        Other sides change as little and as near as may be; only patches beside sides that changed get other panels, and sides
+        and patches keep their indices: report["edited_sides"], report["edited_patches"]. This result stays as it is.
+
+        side: index of a side of `patch_graph`.
+        edges: how many turn, 1 to 100, to the left as the side runs; to the right when negative.
+        pair: as many then turn to the other side, so that the side runs on in its direction.
+        spread: they lie apart along the side instead of one after the other: a more fractured pattern.
+        position: where along the side the middle is wished for, 0 to 1; elsewhere where only that has panels.
+        progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+        Raises InfeasibleError with the code "no_patches", "zigzag_open" (nothing closes) or "zigzag_untileable" (the patches in
+        its elements have no panels then); QuadloomError when an option is out of range; Cancelled."""
+    def zigzag_patch(
+        self,
+        patch: int,
+        edges: int = 1,
+        *,
+        first: int = 0,
+        pair: bool = False,
+        spread: bool = False,
+        position: float = 0.5,
+        progress: _Progress | None = None,
+    ) -> SurfaceResult:
+        """The same surface with zigzags on all three sides of a patch (a triple), or on two opposite sides of one of four (a
+        pair): the side that leaves its corner `first`, counting corners that are not straight, and the one opposite. Sides as
+        they run round the patch counter-clockwise; else as `zigzag`; "patch_sides" when it has more sides."""
 
 @final
 class PatchGraph:
     """The patches that a surface was divided into: disks that can be laid flat, with corners at multiples of 30 degrees."""
 
+    def __new__(
+        cls,
+        nodes: ArrayLike,
+        side_nodes: ArrayLike,
+        side_offsets: ArrayLike | None = None,
+        side_points: ArrayLike | None = None,
+        *,
+        side_c_indices: ArrayLike | None = None,
+    ) -> PatchGraph:
+        """A graph for `PatchDesign`: nodes (N, 3) and sides (S, 2) between them, straight, or along the points (P, 3) of
+        side_points, those of side s from side_offsets[s] to side_offsets[s + 1], both ends included, near a surface.
+        side_c_indices: as the attribute; None where nothing is known. It has no patches yet: the design finds them."""
     @property
     def nodes(self) -> _Floats:
         """(N, 3) where sides end, scene units."""
@@ -778,6 +829,99 @@ class PatchGraph:
     @property
     def corner_sides(self) -> _Indices:
         """(C,) the side that leaves each corner."""
+    @property
+    def side_c_indices(self) -> _Indices:
+        """(S, 2) the c-index where each side begins, in the patch on its left, and where it ends, in the patch on its right; 0
+        where there is no patch, or it is not known."""
+    @property
+    def face_patches(self) -> _Indices:
+        """(F,) the patch of each panel. This and what follows is empty with pattern="random", whose panels lie across sides."""
+    @property
+    def side_vert_offsets(self) -> _Indices:
+        """(S + 1,) where the vertices of each side begin in `side_verts`, and their number."""
+    @property
+    def side_verts(self) -> _Indices:
+        """(K,) the vertices of the panels along each side as it runs, both ends included; vertex n is node n."""
+    @property
+    def course_offsets(self) -> _Indices:
+        """(S + 1,) where the edges of each side begin in `side_courses`, and their number."""
+    @property
+    def side_courses(self) -> _Indices:
+        """(E,) where each edge along a side goes, in units of 30 degrees from the side's own direction: 0 straight on, 1 to the
+        left, -1 to the right. Between 0 and another lies a vertex with the c-indices 5 and 7."""
+
+@final
+class PatchDesign:
+    """A surface being divided into patches by hand: its parts, the ways to divide each, and the panels of what was chosen.
+    A part of defect 0 is a patch. Immutable: dividing a part gives another design, so any step can be taken back."""
+
+    def __new__(
+        cls,
+        mesh: Mesh,
+        edge_length: float | None = None,
+        feature_edges: ArrayLike | None = None,
+        *,
+        target_panels: int = 1000,
+        patch_graph: PatchGraph | None = None,
+        corners: ArrayLike | None = None,
+        feature_angle: float = ...,
+        corner_angle: float = ...,
+        progress: _Progress | None = None,
+    ) -> PatchDesign:
+        """Begins with the disks that the surface is cut into; or, given a patch_graph that lies near the surface, with it.
+        Borders and followed edges are sides whether it has them or not; c-indices stay where they are known, fit the angles
+        and close, else the nearest that close are taken. The other arguments are those of `tile_surface` with patches.
+
+        Raises InfeasibleError for surfaces that cannot be cut into flat disks (code "no_patches") and graphs that are no
+        partition ("graph_far", "graph_apart", "graph_open", "graph_not_flat", "graph_not_closing"; elements "nodes" and "sides"
+        of the graph); and what `tile_surface` raises."""
+    @property
+    def defects(self) -> _Indices:
+        """(P,) the total interior defect of each part in units of 30 degrees; 0 of patches."""
+    @property
+    def patch_graph(self) -> PatchGraph | None:
+        """The parts as they are now: its patches are the parts, in their order, flat or not. None where two corners of a
+        part fall together."""
+    @property
+    def edge_length(self) -> float:
+        """Length of the panels' edges, scene units, before a count of panels is met exactly."""
+    def partitions(self, part: int, *, progress: _Progress | None = None) -> list[PatchPartition]:
+        """The admissible partitions of a part, best first: none makes a part of greater defect. Deterministic."""
+    def divided(self, partition: PatchPartition) -> PatchDesign:
+        """The design with a part divided; the parts made come last. Raises QuadloomError when the partition is one of
+        another design."""
+    def tile(
+        self,
+        *,
+        pattern: Literal["regular", "random"] = "regular",
+        seed: int = 0,
+        patch_panels: int = 40,
+        shaping_rounds: int = 60,
+        flattening_rounds: int = 15,
+        closeness: float = 1.0,
+        type_tolerance: float | None = None,
+        mirror: bool = False,
+        progress: _Progress | None = None,
+    ) -> SurfaceResult:
+        """The panels, as `tile_surface` makes them. Parts that are no patches yet are divided automatically. Raises
+        InfeasibleError "no_patches" when that finds nothing, or no lengths of sides close all patches."""
+
+@final
+class PatchPartition:
+    """One way to divide a part of a `PatchDesign`."""
+
+    @property
+    def score(self) -> float:
+        """Lower is better: rounding errors of 30 degrees, gaps, bends, creases crossed and parts, summed."""
+    @property
+    def defects(self) -> _Indices:
+        """(P,) the total interior defect of each part made, in units of 30 degrees."""
+    @property
+    def c_indices(self) -> list[_Indices]:
+        """(C,) for each part made: its c-indices, counter-clockwise."""
+    @property
+    def curves(self) -> list[_Floats]:
+        """(N, 3) for each curve: its points on the surface, scene units."""
 
 def tile_surface(
     mesh: Mesh,

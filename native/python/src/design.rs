@@ -86,7 +86,7 @@ impl PatchDesign {
     /// fall together.
     #[getter]
     fn patch_graph(&self, py: Python<'_>) -> PyResult<Option<PatchGraph>> {
-        self.inner.graph().map(|graph| PatchGraph::new(py, &graph)).transpose()
+        self.inner.graph().map(|graph| PatchGraph::new(py, &graph, None)).transpose()
     }
 
     /// Length of the panels' edges, scene units, before a count of panels is met exactly.
@@ -172,7 +172,7 @@ impl PatchDesign {
             Ok((made, schedule))
         })?;
         let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
-        to_result(py, self.size, Partition::Paper, made, schedule)
+        to_result(py, self.size, Partition::Paper, made, schedule, types)
     }
 }
 

@@ -13,6 +13,7 @@ mod design;
 mod errors;
 mod fit;
 mod mesh;
+mod patch_edit;
 mod patch_graph;
 mod retopology;
 mod retopology_options;

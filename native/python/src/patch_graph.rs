@@ -2,7 +2,7 @@
 
 use crate::arrays;
 use crate::errors::{self, QuadloomError};
-use ::tiling::{DrawnGraph, Side};
+use ::tiling::{DrawnGraph, PatchTiles, Side};
 use mesh::DVec3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -35,6 +35,17 @@ pub struct PatchGraph {
     /// (S, 2) int32: the c-index where each side begins, in the patch on its left, and where it ends, in the patch on its
     /// right; 0 where there is no patch, or it is not known.
     side_c_indices: Py<PyArray2<i32>>,
+    /// (F,) int32: the patch of each panel. This and what follows is empty with pattern="random", whose panels lie across sides.
+    face_patches: Py<PyArray1<i32>>,
+    /// (S + 1,) int32: where the vertices of each side begin in `side_verts`, and their number.
+    side_vert_offsets: Py<PyArray1<i32>>,
+    /// (K,) int32: the vertices of the panels along each side as it runs, both ends included; vertex n is node n.
+    side_verts: Py<PyArray1<i32>>,
+    /// (S + 1,) int32: where the edges of each side begin in `side_courses`, and their number.
+    course_offsets: Py<PyArray1<i32>>,
+    /// (E,) int32: where each edge along a side goes, in units of 30 degrees from the side's own direction: 0 straight on,
+    /// 1 to the left, -1 to the right. Between 0 and another lies a vertex with the c-indices 5 and 7.
+    side_courses: Py<PyArray1<i32>>,
 }
 
 #[pymethods]
@@ -52,7 +63,7 @@ impl PatchGraph {
         let drawn = drawn(&nodes, &side_nodes, side_offsets.as_ref(), side_points.as_ref(), side_c_indices.as_ref());
         let drawn = drawn.map_err(|sentence| errors::raise_plain::<QuadloomError>(py, "option", sentence))?;
         let graph = ::tiling::PatchGraph { nodes: drawn.nodes, sides: drawn.sides, patches: Vec::new() };
-        Self::of_parts(py, &graph, &drawn.c_indices)
+        Self::of_parts(py, &graph, &drawn.c_indices, None)
     }
 }
 
@@ -110,15 +121,18 @@ pub fn to_drawn(graph: &Bound<'_, PatchGraph>) -> Result<DrawnGraph, String> {
 
 impl PatchGraph {
     /// As arrays.
-    pub fn new(py: Python<'_>, graph: &::tiling::PatchGraph) -> PyResult<Self> {
-        Self::of_parts(py, graph, &DrawnGraph::from(graph).c_indices)
+    pub fn new(py: Python<'_>, graph: &::tiling::PatchGraph, tiles: Option<&PatchTiles>) -> PyResult<Self> {
+        Self::of_parts(py, graph, &DrawnGraph::from(graph).c_indices, tiles)
     }
 
     fn of_parts(
         py: Python<'_>,
         graph: &::tiling::PatchGraph,
         side_c_indices: &[[Option<u8>; 2]],
+        tiles: Option<&PatchTiles>,
     ) -> PyResult<Self> {
+        let nothing = PatchTiles::default();
+        let tiles = tiles.unwrap_or(&nothing);
         let offsets = |sizes: &mut dyn Iterator<Item = usize>| {
             let mut offsets = vec![0];
             offsets.extend(sizes.scan(0, |sum, size| {
@@ -148,6 +162,11 @@ impl PatchGraph {
                 let numbers = |pair: &[Option<u8>; 2]| pair.map(|c| c.map_or(0, i32::from));
                 arrays::rows(py, &side_c_indices.iter().map(numbers).collect::<Vec<_>>())?.unbind()
             },
+            face_patches: arrays::index_array(py, &tiles.patch_of).unbind(),
+            side_vert_offsets: offsets(&mut tiles.along.iter().map(Vec::len)),
+            side_verts: arrays::index_array(py, &tiles.along.concat()).unbind(),
+            course_offsets: offsets(&mut tiles.courses.iter().map(Vec::len)),
+            side_courses: PyArray1::from_iter(py, tiles.courses.iter().flatten().map(|&offset| offset.into())).unbind(),
         })
     }
 }

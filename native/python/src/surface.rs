@@ -3,13 +3,14 @@
 use crate::arrays;
 use crate::errors::{self, InfeasibleError, InternalError, InvalidMeshError, QuadloomError};
 use crate::mesh::Mesh;
+use crate::patch_edit::{self, Wish};
 use crate::patch_graph::PatchGraph;
 use crate::schedule::{self, Schedule};
 use crate::surface_options::{PanelKeywords, SurfaceKeywords};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    GraphFault, PanelSize, Partition, PolygonTiling, PolygonsError, SurfaceError, SurfaceOptions, tile_polygons,
+    GraphFault, PanelSize, Partition, PolygonTiling, PolygonsError, SurfaceError, SurfaceOptions, Zigzag, tile_polygons,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -28,24 +29,109 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 }
 
 /// What `tile_surface` returns.
-#[pyclass(frozen, get_all, module = "quadloom")]
+#[pyclass(frozen, module = "quadloom")]
 pub struct SurfaceResult {
     /// The panels, triangles and quads, with the topology of the surface.
+    #[pyo3(get)]
     mesh: Py<Mesh>,
     /// The panels measured and sorted into types, as `panel_schedule` does.
+    #[pyo3(get)]
     panels: Py<Schedule>,
     /// Length of the edges asked for, scene units: shorter than `edge_length` where panels of that size had no room.
+    #[pyo3(get)]
     edge_length: f64,
     /// (N,) int32: vertices whose angle defect is not zero, a triangle's corner counting 60 and a square's 90 degrees.
+    #[pyo3(get)]
     irregular_verts: Py<PyArray1<i32>>,
     /// (N,) int32: their defects in units of 30 degrees; the sum is 12 times the Euler characteristic.
+    #[pyo3(get)]
     defects: Py<PyArray1<i32>>,
     /// (N,) int32: panels with a corner that faces away from the surface: none but where no size had room.
+    #[pyo3(get)]
     turned_faces: Py<PyArray1<i32>>,
     /// The patches of `partition="patches"`; None where none were asked for or found.
+    #[pyo3(get)]
     patch_graph: Option<Py<PatchGraph>>,
     /// What was done: counts, quality, seconds a stage, warnings.
+    #[pyo3(get)]
     report: Py<PyAny>,
+    made: Arc<PolygonTiling>,
+    types: ScheduleOptions,
+}
+
+#[pymethods]
+impl SurfaceResult {
+    /// The same surface with a zigzag on a side of its patch graph: edges that leave the side's direction by 30 degrees, so that
+    /// where they begin and end there are c-indices of 5 and 7 and no irregular vertex. This result stays as it is.
+    ///
+    /// The side's end moves, so other sides must change, as little and as near as may be: the opposite side of a patch of
+    /// four sides, all sides of one of three, and so on to the border or round. Only patches beside sides that changed get
+    /// other panels (all with pattern="random"); sides and patches keep their indices. `report["edited_sides"]` and
+    /// `report["edited_patches"]` say which; all vertices are shaped anew.
+    ///
+    /// side: index of a side of `patch_graph`.
+    /// edges: how many turn, 1 to 100, to the left as the side runs; to the right when negative.
+    /// pair: as many then turn to the other side, so that the side runs on in its direction.
+    /// spread: they lie apart along the side instead of one after the other: a more fractured pattern.
+    /// position: where along the side the middle is wished for, 0 to 1; elsewhere where only that has panels.
+    /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+    ///
+    /// Raises `InfeasibleError` with the code "no_patches" (the panels are even), "zigzag_open" (nothing closes) or
+    /// "zigzag_untileable" (a patch has no panels then: `elements["patches"]`), `elements["sides"]` being the side; `QuadloomError`
+    /// when an option is out of range; `Cancelled`. After Peng et al. 2018, section 4.3, Fig. 13.
+    #[pyo3(signature = (side, edges = 1, *, pair = false, spread = false, position = 0.5, progress = None))]
+    #[allow(clippy::too_many_arguments)]
+    fn zigzag(
+        &self,
+        py: Python<'_>,
+        side: i64,
+        edges: i32,
+        pair: bool,
+        spread: bool,
+        position: f64,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let wish = Wish { edges, pair, spread, position };
+        self.edited(py, wish.on_side(py, self.made.tiling.patch_graph.as_ref(), side)?, progress)
+    }
+
+    /// The same surface with zigzags on all three sides of a patch (a triple), or on two opposite sides of one of four (a pair).
+    ///
+    /// patch: index of a patch of `patch_graph` with three or four corners that are not straight.
+    /// first: of a patch of four sides, which two: the side that leaves its corner `first` (counting corners that are not
+    ///     straight) and the one opposite.
+    /// Others, results and errors as of `zigzag`, sides as they run round the patch counter-clockwise; "patch_sides" when it
+    /// has more sides.
+    #[pyo3(signature = (patch, edges = 1, *, first = 0, pair = false, spread = false, position = 0.5, progress = None))]
+    #[allow(clippy::too_many_arguments)]
+    fn zigzag_patch(
+        &self,
+        py: Python<'_>,
+        patch: i64,
+        edges: i32,
+        first: usize,
+        pair: bool,
+        spread: bool,
+        position: f64,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let wish = Wish { edges, pair, spread, position };
+        self.edited(py, wish.on_patch(py, self.made.tiling.patch_graph.as_ref(), patch, first)?, progress)
+    }
+}
+
+impl SurfaceResult {
+    fn edited(&self, py: Python<'_>, zigzags: Vec<Zigzag>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
+        let (made, types) = (Arc::clone(&self.made), self.types);
+        let outcome = worker::run(py, progress.as_ref(), move |monitor| {
+            let made = monitor.within(0.0, 0.9, || made.zigzag(&zigzags, monitor)).map_err(PolygonsError::from)?;
+            let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.tiling.mesh, &types, monitor))?;
+            Ok((made, schedule))
+        })?;
+        let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
+        let size = PanelSize::EdgeLength(made.tiling.edge_length);
+        to_result(py, size, Partition::Paper, made, schedule, types)
+    }
 }
 
 /// Covers a surface by panels: triangles and quads that are near to equilateral triangles and squares of one edge length.
@@ -134,7 +220,7 @@ fn tile_surface(
         Ok((made, schedule))
     })?;
     let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
-    to_result(py, size, partition, made, schedule)
+    to_result(py, size, partition, made, schedule, types)
 }
 
 /// Either half of the work may fail.
@@ -192,6 +278,7 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
             errors::raise_plain::<InfeasibleError>(py, "no_patches", sentence)
         }
         SurfaceError::Cancelled(_) => worker::cancelled(py),
+        SurfaceError::Edit(error) => patch_edit::to_exception(py, error),
         // The mesh was looked at before.
         _ => {
             errors::raise_plain::<InternalError>(py, "internal", format!("{sentence}; please report it with the mesh"))
@@ -217,19 +304,24 @@ pub fn to_result(
     partition: Partition,
     made: PolygonTiling,
     schedule: Inner,
+    types: ScheduleOptions,
 ) -> PyResult<SurfaceResult> {
     let report = report(py, asked, partition, &made, &schedule)?;
-    let made = made.tiling;
-    let graph = made.patch_graph.as_ref().map(|graph| Py::new(py, PatchGraph::new(py, graph)?)).transpose()?;
+    let all = Arc::new(made);
+    let made = &all.tiling;
+    let tiles = made.patch_tiles.as_ref();
+    let graph = made.patch_graph.as_ref().map(|graph| Py::new(py, PatchGraph::new(py, graph, tiles)?)).transpose()?;
     Ok(SurfaceResult {
         edge_length: made.edge_length,
         irregular_verts: PyArray1::from_iter(py, made.defects.iter().map(|&(v, _)| v as i32)).unbind(),
         defects: PyArray1::from_iter(py, made.defects.iter().map(|&(_, defect)| defect)).unbind(),
         turned_faces: arrays::index_array(py, &made.turned).unbind(),
-        mesh: Py::new(py, Mesh::from(made.mesh))?,
+        mesh: Py::new(py, Mesh::from(made.mesh.clone()))?,
         panels: Py::new(py, Schedule::from(schedule))?,
         patch_graph: graph,
         report: report.into_any().unbind(),
+        made: all,
+        types,
     })
 }
 
@@ -251,6 +343,8 @@ fn report<'py>(
     report.set_item("patches", made.patch_graph.as_ref().map(|graph| graph.patches.len()))?;
     report.set_item("relengthened_patches", &made.relengthened_patches)?;
     report.set_item("patches_with_rhombi", &made.patches_with_rhombi)?;
+    report.set_item("edited_sides", &made.edit.sides)?;
+    report.set_item("edited_patches", &made.edit.patches)?;
     report.set_item("filled_patches", made.patches)?;
     report.set_item("changed_patches", made.changed_patches)?;
     let seconds: BTreeMap<&str, f64> = made.stages.iter().map(|(stage, time)| (*stage, time.as_secs_f64())).collect();

@@ -102,6 +102,6 @@ impl PolygonDesign {
                 }
             }
         }
-        Ok(PolygonTiling::of(self.place.restored(made), self.taken_apart.clone()))
+        Ok(PolygonTiling::new(made, self.taken_apart.clone(), self.place))
     }
 }

@@ -39,8 +39,9 @@ mod tilings;
 mod value;
 
 pub use self::surface::{
-    Corner, DrawnGraph, Fill, GraphError, GraphFault, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PolyhedronOptions, PolyhedronTiling,
-    Proposal, ShapeOptions, Side, Steps, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polyhedron, tile_surface,
+    Corner, DrawnGraph, Edit, EditError, Fill, GraphError, GraphFault, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PatchTiles,
+    PolyhedronOptions, PolyhedronTiling, Proposal, ShapeOptions, Side, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag,
+    tile_polyhedron, tile_surface, zigzags_of_patch,
 };
 pub use border::Conflict;
 pub use boundary::Boundary;

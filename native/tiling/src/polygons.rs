@@ -2,7 +2,9 @@
 //! size become triangles, and the surface is tiled about the origin at about unit size, so that no place and no scale of the
 //! scene matters.
 
-use crate::surface::{Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+use crate::surface::{
+    Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, tile_surface,
+};
 use ::surface::inspect::{Fault, inspect, inspect_vertices};
 use ::surface::triangulate::triangulate;
 use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
@@ -57,6 +59,24 @@ pub struct PolygonTiling {
     pub taken_apart: Vec<u32>,
     /// How many vertices off the border have an angle defect that is not zero.
     pub irregular_interior_vertices: usize,
+    place: Place,
+}
+
+impl PolygonTiling {
+    pub(crate) fn new(made: SurfaceTiling, taken_apart: Vec<u32>, place: Place) -> Self {
+        let tiling = place.restored(made);
+        let topology = Topology::of(&tiling.mesh);
+        let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
+        Self { tiling, taken_apart, irregular_interior_vertices: irregular, place }
+    }
+
+    /// The same mesh with zigzags on sides of its patch graph, as [`SurfaceTiling::zigzag`].
+    ///
+    /// # Errors
+    /// [`SurfaceError::Edit`]; cancelled.
+    pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
+        Ok(Self::new(self.tiling.zigzag(zigzags, monitor)?, self.taken_apart.clone(), self.place))
+    }
 }
 
 /// Covers a polygon mesh by panels, as [`tile_surface`] covers triangles; faces may have any number of corners, and where
@@ -91,15 +111,7 @@ pub fn tile_polygons(
             }
         }
     }
-    Ok(PolygonTiling::of(place.restored(made), taken_apart))
-}
-
-impl PolygonTiling {
-    pub(crate) fn of(tiling: SurfaceTiling, taken_apart: Vec<u32>) -> Self {
-        let topology = Topology::of(&tiling.mesh);
-        let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
-        Self { tiling, taken_apart, irregular_interior_vertices: irregular }
-    }
+    Ok(PolygonTiling::new(made, taken_apart, place))
 }
 
 /// A polygon mesh as a surface of triangles at about unit size, what is followed there, and the edge length that a count needs.
@@ -187,7 +199,7 @@ fn edge_length_of(
 }
 
 /// Where the mesh is, and how large.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     origin: DVec3,
     /// A power of two, so that no digit is lost.

@@ -165,6 +165,6 @@ impl PatchDesign {
             start = Instant::now();
         };
         let tiled = Paper::new(&self.input, &self.draft, edge_length, &options, &mut lap, monitor)?;
-        tiled.ok_or(SurfaceError::NoLengths)?.measured(edge_length, stages)
+        tiled.ok_or(SurfaceError::NoLengths)?.measured(stages)
     }
 }

@@ -45,22 +45,25 @@ mod polyhedron;
 mod region;
 mod search;
 mod shape;
+mod zigzag;
 
 pub use given::{DrawnGraph, GraphError, GraphFault};
 pub use guided::{PatchDesign, Proposal};
-pub use lengths::Steps;
 pub use panels::Panel;
+pub use paving::PatchTiles;
 pub use patch_graph::{Corner, NoCIndices, Patch, PatchGraph, Side};
 pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_polyhedron};
 pub use shape::ShapeOptions;
+pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
 
 use crate::TilingError;
 use input::Input;
 use layout::{Draft, TOLERANCES};
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
-use paper::Paper;
+use paper::{Kept, Paper};
 use pattern::Pattern;
 use solve::SolveError;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use surface::remesh::RemeshError;
 use surface::resample::ResampleError;
@@ -131,6 +134,13 @@ pub enum Fill {
         /// 12 the least that can change.
         patch_panels: usize,
     },
+}
+
+impl Fill {
+    /// Which of the tilings of a patch.
+    fn seed(self) -> u64 {
+        if let Self::Random { seed, .. } = self { seed } else { 0 }
+    }
 }
 
 /// Why a surface cannot be tiled.
@@ -205,6 +215,9 @@ pub enum SurfaceError {
     /// No side lengths close all patches, or a patch has no tiling.
     #[error("no partition has side lengths that close all patches and leave each a tiling; choose another edge length")]
     NoLengths,
+    /// The patch graph cannot be edited so.
+    #[error(transparent)]
+    Edit(#[from] EditError),
     /// The plane solver failed.
     #[error("a patch could not be filled: {0}")]
     Filling(TilingError),
@@ -237,6 +250,8 @@ pub struct SurfaceTiling {
     pub interior_vertices: usize,
     /// The patches of [`Partition::Paper`], if it was asked for and found.
     pub patch_graph: Option<PatchGraph>,
+    /// Which panels belong to which of these patches; `None` with [`Fill::Random`], whose tiles lie across sides.
+    pub patch_tiles: Option<PatchTiles>,
     /// Of these, patches that got other side lengths than the best, because these admit no tiling.
     pub relengthened_patches: Vec<u32>,
     /// Of these, patches that got rhombi, having no tiling without.
@@ -245,8 +260,25 @@ pub struct SurfaceTiling {
     pub patches: usize,
     /// Those of them that got another tiling.
     pub changed_patches: usize,
+    /// What the edit that led here changed; nothing in a tiling that is none's result.
+    pub edit: Edit,
     /// Seconds by stage, in order.
     pub stages: Vec<(&'static str, Duration)>,
+    kept: Option<Kept>,
+}
+
+impl SurfaceTiling {
+    /// The same surface with zigzags on sides of its patch graph (section 4.3, Fig. 13), besides those that are there.
+    ///
+    /// Sides and patches keep their indices. Only the patches beside sides that change get other tiles; with
+    /// [`Fill::Random`] all are drawn anew, for its tiles lie across sides. All vertices are shaped anew.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Edit`]; cancelled. Costs a small integer programme, the tilings of the patches that change, and
+    /// shaping.
+    pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
+        self.kept.as_ref().ok_or(EditError::NoPatches)?.zigzagged(zigzags, monitor)
+    }
 }
 
 /// Covers a surface by triangles and quads whose edges are about `edge_length` long, in scene units.
@@ -273,7 +305,7 @@ pub fn tile_surface(
         start = Instant::now();
     };
     monitor.stage("checking", 0.0)?;
-    let input = Input::new(surface, edge_length, options, monitor)?;
+    let input = Arc::new(Input::new(surface, edge_length, options, monitor)?);
     lap(0);
     let tolerances: &[f64] = if options.partition == Partition::Paper { &TOLERANCES } else { &[] };
     for &tolerance in tolerances {
@@ -281,7 +313,7 @@ pub fn tile_surface(
             && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
             && paper.turned.is_empty()
         {
-            return paper.measured(edge_length, stages);
+            return paper.measured(stages);
         }
     }
     let mut attempts = Vec::new();
@@ -305,6 +337,7 @@ pub fn tile_surface(
     Ok(SurfaceTiling {
         edge_length: best.edge_length,
         patch_graph: None,
+        patch_tiles: None,
         relengthened_patches: Vec::new(),
         patches_with_rhombi: Vec::new(),
         patches: best.refilled.0,
@@ -314,7 +347,9 @@ pub fn tile_surface(
         turned: best.turned,
         defects: defects.into_iter().collect(),
         interior_vertices,
+        edit: Edit::default(),
         stages,
+        kept: None,
     })
 }
 
