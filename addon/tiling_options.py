@@ -2,7 +2,7 @@
 
 import math
 
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
 from .feature_options import FeatureOptions
 
@@ -145,8 +145,21 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
         ],
         default="even",
     )
+    patch_graph: StringProperty(
+        name="Patch Graph",
+        description="Mesh object whose edges are the sides of the patches, drawn near the surface. Without one, patches are found; "
+        "with the patches of a surface active, those are taken",
+        default="",
+    )
+    corners: BoolProperty(
+        name="Marked Corners",
+        description="Vertices marked as corners of patches have the angles marked there, on borders and followed edges",
+        default=True,
+    )
     show_patches: BoolProperty(
-        name="Patch Graph", description="Add the borders of the patches as another object", default=False
+        name="Show Patch Graph",
+        description="Add the borders of the patches as another object. Move its nodes or redraw its edges, and tile again with it",
+        default=False,
     )
     pattern: EnumProperty(
         name="Pattern",
@@ -222,13 +235,23 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
         ],
         default="kind",
     )
+    again: BoolProperty(
+        name="Tile the Source Again",
+        description="With panels or patches active, tile the surface that they were made from. Without this the panels themselves "
+        "are tiled",
+        default=True,
+    )
     hide_input: BoolProperty(
         name="Hide Input",
-        description="Hide the object in the viewport and in renders. It is never altered",
+        description="Hide the object in the viewport and in renders, and the panels that were tiled again. None is ever altered",
         default=True,
     )
 
 
+SURFACE_OPTIONS = (
+    *FeatureOptions.__annotations__, "size_by", "panel_count", "panel_size", "detect", "detect_angle", "corner_angle", "corners"
+)  # fmt: skip
+"""Those that say what is divided into patches; the others say how it is tiled."""
 TILE_SURFACE_OPTIONS = (
     *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *TypeOptions.__annotations__
 )  # fmt: skip
@@ -238,8 +261,10 @@ def tile_surface_uses(options: TileSurfaceOptions, name: str) -> bool:
     """Whether an option has a say."""
     if name in {"panel_count", "panel_size"}:
         return options.size_by == ("count" if name == "panel_count" else "edge_length")
-    if name == "show_patches":
-        return options.partition == "patches"
+    if name in {"show_patches", "corners"}:
+        return options.partition == "patches" or options.patch_graph != ""
+    if name == "partition":
+        return options.patch_graph == ""
     if name in {"seed", "patch_panels"}:
         return options.pattern == "random" and (name == "seed" or options.partition == "even")
     if name == "closeness":
