@@ -91,9 +91,7 @@ def patch_design(
 
     def call() -> Any:
         drawn = graph and quadloom.PatchGraph(**graph)
-        return quadloom.PatchDesign(
-            _mesh(mesh), feature_edges=feature_edges, patch_graph=drawn, progress=progress, **options
-        )
+        return quadloom.PatchDesign(_mesh(mesh), feature_edges=feature_edges, patch_graph=drawn, progress=progress, **options)
 
     return _call(call)
 

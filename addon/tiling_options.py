@@ -147,8 +147,8 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
     )
     patch_graph: StringProperty(
         name="Patch Graph",
-        description="Mesh object whose edges are the sides of the patches, drawn near the surface. Without one, patches are found; "
-        "with the patches of a surface active, those are taken",
+        description="Mesh object whose edges are the sides of the patches, drawn near the surface. Without one, patches are "
+        "found; with the patches of a surface active, those are taken",
         default="",
     )
     corners: BoolProperty(
@@ -158,7 +158,7 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
     )
     show_patches: BoolProperty(
         name="Show Patch Graph",
-        description="Add the borders of the patches as another object. Move its nodes or redraw its edges, and tile again with it",
+        description="Add the borders of the patches as another object. Move its nodes or redraw its edges, then tile with it",
         default=False,
     )
     pattern: EnumProperty(
@@ -237,13 +237,13 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
     )
     again: BoolProperty(
         name="Tile the Source Again",
-        description="With panels or patches active, tile the surface that they were made from. Without this the panels themselves "
-        "are tiled",
+        description="With panels or patches active, tile the surface that they were made from. Without this the panels "
+        "themselves are tiled",
         default=True,
     )
     hide_input: BoolProperty(
         name="Hide Input",
-        description="Hide the object in the viewport and in renders, and the panels that were tiled again. None is ever altered",
+        description="Hide the object in the viewport and in renders, and the panels before. None of them is altered",
         default=True,
     )
 

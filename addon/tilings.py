@@ -1,5 +1,5 @@
-"""From a surface to its panels, by way of patches that are found, chosen step by step, or drawn, and then edited. What the last run made is
-kept, so that a further step costs that step only. Runs on a job's thread: touches no bpy.
+"""From a surface to its panels, by way of patches that are found, chosen step by step, or drawn, and then edited. What the last
+run made is kept, so that a further step costs that step only. Runs on a job's thread: touches no bpy.
 
 A tiling is a recipe: surface, options, choices and edits give the same panels again. Operators store the recipe on the objects
 they make, so that undo, copies and saved files keep working; what is kept here only saves time.

@@ -1,5 +1,5 @@
-"""The partition of a surface by hand (Algorithm 1, user-guided): `quadloom.design_patches` begins, `quadloom.divide_part` divides a
-part by one of its ranked partitions, `quadloom.change_division` takes another one or none in place of the last.
+"""The partition of a surface by hand (Algorithm 1, user-guided): `quadloom.design_patches` begins, `quadloom.divide_part`
+divides a part by one of its ranked partitions, `quadloom.change_division` takes another one or none in place of the last.
 
 The object of the patches carries the choices made so far; Tile Surface, with it active, makes the panels.
 """
@@ -156,9 +156,8 @@ class _DesignOperator(JobOperator):
                 score, defects = outcome.ranked[k]
                 text = translated("{mark}{number}: {parts} parts, {curvature}; score {score:.2f}")
                 curvature = ", ".join(tiling_objects.degrees(defect) for defect in defects)
-                lines.append(
-                    text.format(mark="→ " if k == taken else "", number=k + 1, parts=len(defects), curvature=curvature, score=score)
-                )
+                numbers = {"number": k + 1, "parts": len(defects), "score": score}
+                lines.append(text.format(mark="→ " if k == taken else "", curvature=curvature, **numbers))
         self.summary = "\n".join(lines)
         self.report({"INFO"}, "; ".join(lines[: 2 if outcome.ranked else 1]))
 
@@ -223,7 +222,7 @@ class QUADLOOM_OT_divide_part(_DesignOperator, bpy.types.Operator):
 
     part: IntProperty(
         name="Part",
-        description="Number of the part to divide. 0 takes the part whose sides are selected, or else the one with most curvature",
+        description="Number of the part to divide. 0 takes the part whose sides are selected, or the one with most curvature",
         default=0,
         min=0,
     )
@@ -251,9 +250,7 @@ class QUADLOOM_OT_divide_part(_DesignOperator, bpy.types.Operator):
         chosen = np.zeros(len(sides), bool) if snapshot.selected_edges is None else snapshot.selected_edges
         # Curves drawn last are selected; they say nothing unless the artist selects in Edit Mode.
         selected = np.bincount(sides, chosen) > 0 if patches.mode == "EDIT" and len(sides) else None
-        task = self._design_task(
-            context, patches, divides=True, part=self.part - 1, choice=self.choice - 1, selected=selected
-        )
+        task = self._design_task(context, patches, divides=True, part=self.part - 1, choice=self.choice - 1, selected=selected)
         if task is not None:
             self._task = task
         return task is not None
@@ -269,7 +266,7 @@ class QUADLOOM_OT_change_division(_DesignOperator, bpy.types.Operator):
 
     step: IntProperty(
         name="Step",
-        description="How many places further in the list: 1 takes the next partition, -1 the previous one, 0 takes the division back",
+        description="How many places further in the list: 1 takes the next one, -1 the previous, 0 takes the division back",
         default=1,
     )
     summary: StringProperty(name="Summary", description="The partitions", options={"HIDDEN", "SKIP_SAVE"}, default="")

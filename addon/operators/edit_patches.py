@@ -57,8 +57,8 @@ class Outcome:
 
 
 class QUADLOOM_OT_zigzag(JobOperator, bpy.types.Operator):
-    """Let the selected sides of the patches run in zigzag, edges that turn 30 degrees off: the patches beside get other panels, more
-    fractured ones, and no vertex becomes irregular. Select sides on the object of the patches"""
+    """Let the selected sides of the patches run in zigzag, edges that turn 30 degrees off: the patches beside get other
+    panels, more fractured ones, and no vertex becomes irregular. Select sides on the object of the patches"""
 
     bl_idname = "quadloom.zigzag"
     bl_label = "Zigzag"
@@ -70,8 +70,8 @@ class QUADLOOM_OT_zigzag(JobOperator, bpy.types.Operator):
         description="Which sides get zigzags",
         items=[
             ("sides", "Selected Sides", "Each side with all of its edges selected"),
-            ("patch", "Selected Patch", "All sides of a three-sided patch, or two opposite ones of a four-sided patch: the patch most "
-             "of whose border is selected"),
+            ("patch", "Selected Patch", "All sides of a three-sided patch, or two opposite ones of a four-sided patch: the one "
+             "with most of its border selected"),
         ],
         default="sides",
     )  # fmt: skip
@@ -86,7 +86,8 @@ class QUADLOOM_OT_zigzag(JobOperator, bpy.types.Operator):
     )
     pair: BoolProperty(
         name="Pair",
-        description="As many edges turn off to the other side after them, so that the side runs on in its direction and fewer others change",
+        description="As many edges turn off to the other side after them, so that the side runs on in its direction and fewer "
+        "other sides change",
         default=True,
     )
     spread: BoolProperty(
@@ -96,7 +97,8 @@ class QUADLOOM_OT_zigzag(JobOperator, bpy.types.Operator):
     )
     position: FloatProperty(
         name="Position",
-        description="Where along the side their middle is wished for, as a part of its length; elsewhere where only that has panels",
+        description="Where along the side their middle is wished for, as a part of its length. It lies elsewhere where only "
+        "that has panels",
         default=0.5,
         min=0.0,
         max=1.0,

@@ -74,7 +74,10 @@ class QUADLOOM_OT_export_panels(ExportPanelsOptions, JobOperator, bpy.types.Oper
         name="Filter", description="Files shown", default="*.csv;*.json;*.svg;*.dxf", options={"HIDDEN", "SKIP_SAVE"}
     )
     in_browser: BoolProperty(
-        name="From the File Browser", description="Whether the path was chosen there", options={"HIDDEN", "SKIP_SAVE"}, default=False
+        name="From the File Browser",
+        description="Whether the path is from there",
+        options={"HIDDEN", "SKIP_SAVE"},
+        default=False,
     )
 
     @property

@@ -13,8 +13,8 @@ from .. import messages, tilings
 
 
 class QUADLOOM_OT_mark_corners(bpy.types.Operator):
-    """Mark the selected vertices as corners of patches with this angle inside, for Tile Surface with the layout Patches. Corners lie on
-    open borders and followed edges; kept as the attribute “c_index_corner”, in units of 30 degrees"""
+    """Mark the selected vertices as corners of patches with this angle inside, for Tile Surface with the layout
+    Patches. Corners lie on open borders and followed edges. “c_index_corner” keeps them, in units of 30 degrees"""
 
     bl_idname = "quadloom.mark_corners"
     bl_label = "Mark Patch Corners"

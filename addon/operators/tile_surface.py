@@ -14,6 +14,7 @@ from ..attributes import Array, Snapshot
 from ..jobs import JobOperator
 from ..tiling_options import SURFACE_OPTIONS, TILE_SURFACE_OPTIONS, TileSurfaceOptions, tile_surface_uses
 
+
 @dataclass(frozen=True)
 class Task:
     """What one run works on, read from Blender before it starts."""
@@ -100,7 +101,7 @@ class QUADLOOM_OT_tile_surface(TileSurfaceOptions, JobOperator, bpy.types.Operat
         return {"FINISHED"}
 
     def fail(self, context: bpy.types.Context, error: Exception) -> set[str]:
-        """Says what is wrong and selects it, on the surface or on its patches. What is not the wheel's error is a bug and is raised."""
+        """Says what is wrong and selects it, on surface or patches. What is not the wheel's error is a bug and is raised."""
         if not isinstance(error, native.NativeError):
             raise error
         task = self._task
@@ -130,7 +131,9 @@ class QUADLOOM_OT_tile_surface(TileSurfaceOptions, JobOperator, bpy.types.Operat
             return False
         drawn = tiling_objects.drawn(context, patches, place) if patches is not None and choices is None else None
         partition = self.partition if patches is None else "design" if choices is not None else "drawn"
-        recipe = tilings.Recipe(surface, partition, tiling_objects.panel_options(options), choices or (), drawn and drawn.arrays())
+        recipe = tilings.Recipe(
+            surface, partition, tiling_objects.panel_options(options), choices or (), drawn and drawn.arrays()
+        )
         stored = {"settings": options, "partition": partition, "choices": recipe.choices}
         stored["graph"] = patch_graphs.to_text(recipe.graph)
         names = [obj.name if obj is not None else "" for obj in (patches, subject.panels)]
@@ -149,9 +152,7 @@ class QUADLOOM_OT_tile_surface(TileSurfaceOptions, JobOperator, bpy.types.Operat
             return None
         return tuple((part, choice) for part, choice in design["choices"])
 
-    def _show_patches(
-        self, context: bpy.types.Context, source: bpy.types.Object, outcome: Outcome
-    ) -> bpy.types.Object | None:
+    def _show_patches(self, context: bpy.types.Context, source: bpy.types.Object, outcome: Outcome) -> bpy.types.Object | None:
         """The patches as they lie on the surface: those of a surface with their object, others with a new one if asked for."""
         patches = bpy.data.objects.get(self._task.patches)
         own = patches if tiling_objects.is_patches(patches) else None

@@ -1,5 +1,5 @@
-"""The panel of Tile Surface in the tab "Quadloom": how large the panels will be, what they follow, what was made, the patches that
-are chosen or drawn, and why a button is grey."""
+"""The panel of Tile Surface in the tab "Quadloom": how large the panels will be, what they follow, what was made, the patches
+that are chosen or drawn, and why a button is grey."""
 
 from __future__ import annotations
 
@@ -98,9 +98,7 @@ class QUADLOOM_PT_patches(bpy.types.Panel):
             row = layout.row(align=True)
             last = design.get("last")
             if last is not None:
-                place = translated("{choice} of {count}").format(
-                    choice=design["choices"][-1][1] + 1, count=last["count"]
-                )
+                place = translated("{choice} of {count}").format(choice=design["choices"][-1][1] + 1, count=last["count"])
                 row.label(text=place)
             row.operator("quadloom.change_division", text="", icon="TRIA_LEFT").step = -1
             row.operator("quadloom.change_division", text="", icon="TRIA_RIGHT").step = 1
