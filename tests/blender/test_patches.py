@@ -1,4 +1,4 @@
-"""Patches chosen by hand, drawn and edited: `quadloom.design_patches`, `divide_part`, `change_division`, `mark_corners`, `zigzag`, and
+"""Patches chosen by hand, drawn and edited: `design_patches`, `divide_part`, `change_division`, `mark_corners`, `zigzag`, and
 `tile_surface` with patches."""
 
 import json
