@@ -16,6 +16,7 @@ from .operators import (
     retopologize,
     select_defects,
     tile_curve,
+    tile_polyhedron,
     tile_surface,
 )
 from .panels import main
@@ -34,6 +35,7 @@ modules = (
     design_patches,
     edit_patches,
     mark_corners,
+    tile_polyhedron,
     export_panels,
     main,
     retopologize_panel,

@@ -117,6 +117,16 @@ def zigzag(result: Any, *, progress: Progress | None, **options: Any) -> Any:
     return _call(lambda: edit(progress=progress, **options))
 
 
+def tile_polyhedron(mesh: Snapshot, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.tile_polyhedron` of a snapshot; raises NativeError or Cancelled."""
+    return _call(lambda: quadloom.tile_polyhedron(_mesh(mesh), progress=progress, **options))
+
+
+def fold_tiling(mesh: Snapshot, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.fold_tiling` of a snapshot; raises NativeError or Cancelled."""
+    return _call(lambda: quadloom.fold_tiling(_mesh(mesh), progress=progress, **options))
+
+
 def panel_schedule(mesh: Snapshot, *, progress: Progress | None, **options: Any) -> Any:
     """`quadloom.panel_schedule` of a snapshot; raises NativeError or Cancelled."""
     return _call(lambda: quadloom.panel_schedule(_mesh(mesh), progress=progress, **options))

@@ -115,13 +115,9 @@ def show_patches(
     stored: Mapping[str, Any],
 ) -> bpy.types.Object:
     """The patches of a surface as an object: the one given, with another mesh, or a new one."""
-    name = translated("{name} Patches").format(name=source.name)
     if patches is None:
-        patches = bpy.data.objects.new(name, bridge.write(name, graph))
+        patches = add_wire(context, source, graph, place)
         patches[SOURCE] = source
-        # A wire on a surface is hard to see and to pick.
-        patches.show_in_front, patches.hide_render = True, True
-        context.collection.objects.link(patches)
     else:
         _replace_mesh(patches, bridge.write(patches.data.name, graph))
     patches.matrix_world = Matrix(place.tolist())
@@ -140,21 +136,42 @@ def show_panels(
     patches: bpy.types.Object | None,
 ) -> bpy.types.Object:
     """The panels of a surface as an object: the one given, with another mesh, or a new one."""
-    name = translated("{name} Panels").format(name=source.name)
-    mesh = _colored(tilings.snapshot(result), result.panels, stored["settings"]["color_by"])
+    color_by, report = stored["settings"]["color_by"], {**result.report, **stored.get("report", {})}
     if panels is None:
-        panels = bpy.data.objects.new(name, bridge.write(name, mesh))
+        panels = add_panels(context, source, result, place, color_by, report)
         panels[SOURCE] = source
-        context.collection.objects.link(panels)
     else:
-        _replace_mesh(panels, bridge.write(panels.data.name, mesh))
-    panels.matrix_world = Matrix(place.tolist())
+        _replace_mesh(panels, bridge.write(panels.data.name, _colored(tilings.snapshot(result), result.panels, color_by)))
+        panels[REPORT] = json.dumps({**report, "summary": summary(report)})
     if patches is not None:
         panels[GRAPH] = patches
     order = 1 + max((state(obj).get("order", 0) for obj in bpy.data.objects), default=0)
     panels[STATE] = json.dumps({**stored, "role": "panels", "order": order})
-    panels[REPORT] = json.dumps({**result.report, **stored.get("report", {}), "summary": summary(result.report)})
     return panels
+
+
+def add_panels(
+    context: bpy.types.Context, source: bpy.types.Object, result: Any, place: Array, color_by: str, report: Mapping[str, Any]
+) -> bpy.types.Object:
+    """Panels made from an object as a new one, which knows nothing of it."""
+    name = translated("{name} Panels").format(name=source.name)
+    mesh = _colored(tilings.snapshot(result), result.panels, color_by)
+    panels = bpy.data.objects.new(name, bridge.write(name, mesh))
+    panels.matrix_world = Matrix(place.tolist())
+    panels[REPORT] = json.dumps({**report, "summary": summary(report)})
+    context.collection.objects.link(panels)
+    return panels
+
+
+def add_wire(context: bpy.types.Context, source: bpy.types.Object, graph: Snapshot, place: Array) -> bpy.types.Object:
+    """Patches as a new object in front of the panels."""
+    name = translated("{name} Patches").format(name=source.name)
+    patches = bpy.data.objects.new(name, bridge.write(name, graph))
+    patches.matrix_world = Matrix(place.tolist())
+    # A wire on a surface is hard to see and to pick.
+    patches.show_in_front, patches.hide_render = True, True
+    context.collection.objects.link(patches)
+    return patches
 
 
 def summary(report: Mapping[str, Any]) -> list[str]:

@@ -105,7 +105,23 @@ class TypeOptions:
     )
 
 
-class TileSurfaceOptions(FeatureOptions, TypeOptions):
+class ColorOptions:
+    """What materials of panels show, a mixin."""
+
+    color_by: EnumProperty(
+        name="Colour By",
+        description="What the materials of the panels show",
+        items=[
+            ("kind", "Kind", "Triangles and squares"),
+            ("type", "Panel Type", "One material a type; rare types share one"),
+            ("planarity", "Planarity", "How far corners are off the plane of their panel, over the mean diagonal"),
+            ("area", "Area", "From the smallest to the largest panel"),
+        ],
+        default="kind",
+    )
+
+
+class TileSurfaceOptions(FeatureOptions, ColorOptions, TypeOptions):
     """Options of `quadloom.tile_surface`, a mixin."""
 
     size_by: EnumProperty(
@@ -224,17 +240,6 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
         soft_min=0.05,
         soft_max=20.0,
     )
-    color_by: EnumProperty(
-        name="Colour By",
-        description="What the materials of the panels show",
-        items=[
-            ("kind", "Kind", "Triangles and squares"),
-            ("type", "Panel Type", "One material a type; rare types share one"),
-            ("planarity", "Planarity", "How far corners are off the plane of their panel, over the mean diagonal"),
-            ("area", "Area", "From the smallest to the largest panel"),
-        ],
-        default="kind",
-    )
     again: BoolProperty(
         name="Tile the Source Again",
         description="With panels or patches active, tile the surface that they were made from. Without this the panels "
@@ -253,7 +258,8 @@ SURFACE_OPTIONS = (
 )  # fmt: skip
 """Those that say what is divided into patches; the others say how it is tiled."""
 TILE_SURFACE_OPTIONS = (
-    *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *TypeOptions.__annotations__
+    *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *ColorOptions.__annotations__,
+    *TypeOptions.__annotations__,
 )  # fmt: skip
 
 

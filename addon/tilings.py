@@ -154,6 +154,22 @@ def _tiled(recipe: Recipe, drawn: dict[str, Array] | None, progress: native.Prog
     return native.tile_surface(surface.mesh, surface.edges(), progress=progress, **options)
 
 
+def measured(result: Any) -> dict[str, Any]:
+    """What the report of a surface says of its panels, of any result with `mesh` and `panels`."""
+    schedule = result.panels
+    corners = np.diff(result.mesh.face_offsets)
+    mean = float(schedule.edge_lengths.mean())
+    quads = schedule.planarity[corners == 4]
+    return {
+        "triangles": int((corners == 3).sum()),
+        "quads": len(quads),
+        "types": len(schedule.type_names),
+        "edge_length_mean": mean,
+        "edge_length_spread": float(schedule.edge_lengths.std() / mean),
+        "planarity_mean": float(quads.mean()) if len(quads) else 0.0,
+    }
+
+
 def snapshot(result: Any) -> Snapshot:
     """The panels as a mesh with what was measured as attributes."""
     schedule, mesh = result.panels, result.mesh

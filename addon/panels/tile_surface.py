@@ -48,6 +48,10 @@ class QUADLOOM_PT_tile_surface(bpy.types.Panel):
             if tile_surface_uses(settings, name):
                 column.prop(settings, name)
         layout.operator("quadloom.export_panels", icon="EXPORT")
+        row = layout.row(align=True)
+        row.operator_context = "INVOKE_DEFAULT"
+        row.operator("quadloom.tile_polyhedron", icon="MESH_ICOSPHERE")
+        row.operator("quadloom.fold_panels", icon="MOD_SIMPLEDEFORM")
 
 
 class QUADLOOM_PT_patches(bpy.types.Panel):
