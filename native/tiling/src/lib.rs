@@ -38,9 +38,9 @@ mod tilings;
 mod value;
 
 pub use self::surface::{
-    Corner, Edit, EditError, Fill, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PatchTiles,
-    PolyhedronOptions, PolyhedronTiling, Proposal, ShapeOptions, Side, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag,
-    tile_polyhedron, tile_surface, zigzags_of_patch,
+    Along, Corner, Edit, EditError, Fill, FoldError, FoldOptions, Folding, Gluing, NoCIndices, Panel, Partition, Patch,
+    PatchDesign, PatchGraph, PatchTiles, PolyhedronOptions, PolyhedronTiling, Proposal, ShapeOptions, Side, SurfaceError,
+    SurfaceOptions, SurfaceTiling, Zigzag, fold, tile_polyhedron, tile_surface, zigzags_of_patch,
 };
 pub use border::Conflict;
 pub use boundary::Boundary;

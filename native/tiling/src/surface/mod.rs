@@ -28,6 +28,7 @@ mod courses;
 mod curve;
 mod cut;
 mod fill;
+mod fold;
 mod guided;
 mod input;
 mod layout;
@@ -40,16 +41,19 @@ mod pattern;
 mod paving;
 mod polyhedron;
 mod region;
+mod regular;
 mod search;
 mod shape;
+mod unfold;
 mod zigzag;
 
+pub use fold::{FoldError, FoldOptions, Folding, Gluing, fold};
 pub use guided::{PatchDesign, Proposal};
 pub use panels::Panel;
 pub use paving::PatchTiles;
 pub use patch_graph::{Corner, NoCIndices, Patch, PatchGraph, Side};
 pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_polyhedron};
-pub use shape::ShapeOptions;
+pub use shape::{Along, ShapeOptions};
 pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
 
 use crate::TilingError;
