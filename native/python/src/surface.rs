@@ -1,7 +1,7 @@
 //! `quadloom.tile_surface` and its result.
 
 use crate::arrays;
-use crate::errors::{self, InternalError, InvalidMeshError, QuadloomError};
+use crate::errors::{self, InfeasibleError, InternalError, InvalidMeshError, QuadloomError};
 use crate::mesh::Mesh;
 use crate::patch_edit::{self, Wish};
 use crate::patch_graph::PatchGraph;
@@ -9,7 +9,7 @@ use crate::schedule::{self, Schedule};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    Fill, PanelSize, Partition, PolygonTiling, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, Zigzag,
+    Along, Fill, PanelSize, Partition, PolygonTiling, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, Zigzag,
     tile_polygons,
 };
 use numpy::PyArray1;
@@ -154,7 +154,11 @@ impl SurfaceResult {
 /// corner_angle: borders and followed lines keep a vertex where they turn by more; radians, 0 to pi, by default 30 degrees.
 /// shaping_rounds: rounds that make panels regular, on the surface; 0 to 1000.
 /// flattening_rounds: further rounds that make them flat, near the surface; 0 to 1000.
-/// closeness: weight of nearness to the surface against regularity in the latter; 0.001 to 1000.
+/// closeness: weight of nearness to the surface in the latter, as all weights against that of regularity, 1; 0.001 to 1000.
+/// planarity: weight of flat quads in the latter; 0 to 1000.
+/// fairness: weight in the latter of the curvature that the panels had on the surface, against wiggles; 0 to 1000.
+/// uniformity: weight in all rounds of one length for all edges and one for all diagonals; 0 to 1000.
+/// borders, features: "slide", so that vertices move along borders and along followed edges, or "keep" them at equal steps.
 /// type_tolerance, mirror: what counts as one type of panels, as in `panel_schedule`.
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
@@ -167,7 +171,8 @@ impl SurfaceResult {
 #[pyo3(signature = (
     mesh, edge_length = None, feature_edges = None, *, target_panels = 1000, partition = "even", corners = None,
     pattern = "regular", seed = 0, patch_panels = 40, feature_angle = 0.872_664_625_997_164_8, corner_angle = std::f64::consts::FRAC_PI_6,
-    shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, type_tolerance = None, mirror = false, progress = None
+    shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, planarity = 0.0, fairness = 0.0, uniformity = 0.0,
+    borders = "slide", features = "slide", type_tolerance = None, mirror = false, progress = None
 ))]
 // One Python keyword each: the signature is the interface.
 #[allow(clippy::too_many_arguments)]
@@ -187,12 +192,17 @@ fn tile_surface(
     shaping_rounds: i64,
     flattening_rounds: i64,
     closeness: f64,
+    planarity: f64,
+    fairness: f64,
+    uniformity: f64,
+    borders: &str,
+    features: &str,
     type_tolerance: Option<f64>,
     mirror: bool,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<SurfaceResult> {
     let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
-    let features = feature_edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges"));
+    let marked_edges = feature_edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges"));
     let within = |name: &str, value: i64, range: std::ops::RangeInclusive<i64>| {
         if range.contains(&value) {
             return Ok(value);
@@ -204,6 +214,17 @@ fn tile_surface(
             return Ok(value);
         }
         Err(bad_option(format!("{name} is {value}, but it must lie between 0 and pi")))
+    };
+    let weight = |name: &str, value: f64| {
+        if (0.0..=1e3).contains(&value) {
+            return Ok(value);
+        }
+        Err(bad_option(format!("{name} is {value}, but it must lie between 0 and 1000")))
+    };
+    let along = |name: &str, value: &str| match value {
+        "slide" => Ok(Along::Slide),
+        "keep" => Ok(Along::Keep),
+        _ => Err(bad_option(format!("{name} is \"{value}\"; it must be one of: slide, keep"))),
     };
     if !(1e-3..=1e3).contains(&closeness) {
         return Err(bad_option(format!("closeness is {closeness}, but it must lie between 0.001 and 1000")));
@@ -231,7 +252,7 @@ fn tile_surface(
         None => PanelSize::Count(within("target_panels", target_panels, 1..=2_000_000)? as u32),
     };
     let options = SurfaceOptions {
-        marked_edges: features.map_err(bad_option)?,
+        marked_edges: marked_edges.map_err(bad_option)?,
         feature_angle: angle("feature_angle", feature_angle)?,
         corner_angle: angle("corner_angle", corner_angle)?,
         partition,
@@ -241,6 +262,11 @@ fn tile_surface(
             rounds: within("shaping_rounds", shaping_rounds, 0..=1000)? as usize,
             flattening_rounds: within("flattening_rounds", flattening_rounds, 0..=1000)? as usize,
             closeness,
+            planarity: weight("planarity", planarity)?,
+            fairness: weight("fairness", fairness)?,
+            uniformity: weight("uniformity", uniformity)?,
+            borders: along("borders", borders)?,
+            features: along("features", features)?,
         },
     };
     let types = ScheduleOptions { tolerance: type_tolerance, mirror };
@@ -281,7 +307,7 @@ impl Failure {
     }
 }
 
-fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
+pub fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
     let sentence = error.to_string();
     let error = match error {
         PolygonsError::Mesh(fault) => {
@@ -301,6 +327,11 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
             errors::raise::<QuadloomError>(py, "feature_not_edge", sentence, None, elements)
         }
         SurfaceError::Cancelled(_) => worker::cancelled(py),
+        SurfaceError::Polygons(error) => {
+            let elements = [("faces".to_owned(), error.faces.as_slice())];
+            errors::raise::<InfeasibleError>(py, "no_c_indices", sentence, None, elements)
+        }
+        SurfaceError::NoLengths => errors::raise_plain::<InfeasibleError>(py, "no_lengths", sentence),
         SurfaceError::Edit(error) => patch_edit::to_exception(py, error),
         // The mesh was looked at before.
         _ => {

@@ -1,7 +1,7 @@
 //! The surface as the other stages want it: checked, pinched vertices apart, the edges to follow by its own indices.
 
 use super::{STEP, SurfaceError, SurfaceOptions};
-use mesh::{Monitor, NONE, PolygonMesh, Topology, TriangleMesh, check, sorted};
+use mesh::{Monitor, NONE, Topology, TriangleMesh, check, sorted};
 use std::collections::BTreeMap;
 
 /// Most panels that a call may be asked for: some minutes and gigabytes.
@@ -51,27 +51,20 @@ fn check_surface(surface: &TriangleMesh, monitor: &Monitor) -> Result<(), Surfac
     if surface.triangles.is_empty() {
         return Err(SurfaceError::Empty);
     }
-    SurfaceError::check_manifold(&surface.to_polygons(), monitor)
-}
-
-impl SurfaceError {
-    /// [`SurfaceError::NotManifold`] for a mesh that is no oriented manifold.
-    pub(super) fn check_manifold(mesh: &PolygonMesh, monitor: &Monitor) -> Result<(), Self> {
-        let defects = check(mesh, monitor)?;
-        let is_sound = defects.nonmanifold_edges.is_empty()
-            && defects.misoriented_edges.is_empty()
-            && defects.nonfinite_verts.is_empty()
-            && defects.degenerate_faces.is_empty();
-        if is_sound {
-            return Ok(());
-        }
-        Err(Self::NotManifold {
-            edges: defects.nonmanifold_edges,
-            misoriented: defects.misoriented_edges,
-            nonfinite: defects.nonfinite_verts,
-            faces: defects.degenerate_faces,
-        })
+    let defects = check(&surface.to_polygons(), monitor)?;
+    let is_sound = defects.nonmanifold_edges.is_empty()
+        && defects.misoriented_edges.is_empty()
+        && defects.nonfinite_verts.is_empty()
+        && defects.degenerate_faces.is_empty();
+    if is_sound {
+        return Ok(());
     }
+    Err(SurfaceError::NotManifold {
+        edges: defects.nonmanifold_edges,
+        misoriented: defects.misoriented_edges,
+        nonfinite: defects.nonfinite_verts,
+        faces: defects.degenerate_faces,
+    })
 }
 
 fn check_edge_length(surface: &TriangleMesh, edge_length: f64) -> Result<(), SurfaceError> {

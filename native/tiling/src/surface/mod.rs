@@ -52,7 +52,7 @@ pub use guided::{PatchDesign, Proposal};
 pub use panels::Panel;
 pub use paving::PatchTiles;
 pub use patch_graph::{Corner, NoCIndices, Patch, PatchGraph, Side};
-pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_polyhedron};
+pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_faces};
 pub use shape::{Along, ShapeOptions};
 pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
 

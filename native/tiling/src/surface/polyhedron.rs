@@ -66,17 +66,8 @@ struct Kept {
     options: PolyhedronOptions,
 }
 
-/// Tiles the faces of a polygon mesh by triangles and squares with edges of about `edge_length`, scene units.
-///
-/// The mesh may be open, bent and of any genus; it stays what it is but for its shape.
-///
-/// # Errors
-/// [`SurfaceError::NotManifold`] when it is no oriented manifold, [`SurfaceError::Empty`]; [`SurfaceError::Polygons`] for faces without c-indices, [`SurfaceError::NoLengths`] when no side lengths close all
-/// faces or a face has no tiling; [`SurfaceError::EdgeLength`]; cancelled.
-///
-/// # Source
-/// Peng et al. 2018, section 5.1, Fig. 14. Costs one integer programme over the sides.
-pub fn tile_polyhedron(
+/// Tiles the faces of an oriented manifold; see [`crate::tile_polyhedron`].
+pub fn tile_faces(
     polyhedron: &PolygonMesh,
     edge_length: f64,
     options: &PolyhedronOptions,
@@ -85,10 +76,6 @@ pub fn tile_polyhedron(
     if !(edge_length.is_finite() && edge_length > 0.0) {
         return Err(SurfaceError::EdgeLength { edge_length, diagonal: polyhedron.diagonal() });
     }
-    if polyhedron.face_count() == 0 {
-        return Err(SurfaceError::Empty);
-    }
-    SurfaceError::check_manifold(polyhedron, monitor)?;
     let patch_graph = PatchGraph::of_polygons(polyhedron, options.cones)?;
     let paving = pave(&patch_graph, edge_length, options.seed, monitor)?.ok_or(SurfaceError::NoLengths)?;
     shaped(patch_graph, paving, Edit::default(), edge_length, options, monitor)
