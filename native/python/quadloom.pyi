@@ -16,11 +16,13 @@ __all__ = [
     "CornerSources",
     "Defects",
     "Fit",
+    "FoldResult",
     "InfeasibleError",
     "InternalError",
     "InvalidMeshError",
     "Mesh",
     "PatchGraph",
+    "PolyhedronResult",
     "QuadloomError",
     "RetopologyResult",
     "RetopologySession",
@@ -37,10 +39,12 @@ __all__ = [
     "explain_boundary",
     "find_tiling",
     "fit_boundary",
+    "fold_tiling",
     "panel_schedule",
     "repair_boundary",
     "retopologize",
     "template_catalogue",
+    "tile_polyhedron",
     "tile_surface",
     "tilings",
 ]
@@ -61,8 +65,8 @@ class QuadloomError(Exception):
     mesh: int | None
     """0 or 1, the input the elements belong to; None when there is one input, or when both are concerned."""
     elements: dict[str, _Indices]
-    """Index arrays by kind: "verts", "faces" and "corners" (N,), "edges" (N, 2) vertex pairs; "features" and
-    "feature_verts" are positions in what was given under those names. When both inputs are concerned the kinds begin
+    """Index arrays by kind: "verts", "faces" and "corners" (N,), "edges" (N, 2) vertex pairs; "sides" and "patches" are those
+    of a patch graph; "features" and "feature_verts" are positions in what was given under those names. When both inputs are concerned the kinds begin
     with "a_" or "b_"."""
 
 class InvalidMeshError(QuadloomError):
