@@ -81,7 +81,9 @@ pub fn pairs(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<[u32; 2]>, Stri
 pub fn quadruples(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<[u32; 4]>, String> {
     let array = require::<i64>(value, name, "int64")?;
     match (array.as_slice(), array.shape()) {
-        (Ok(flat), [_, 4] | [0]) => Ok(to_indices(flat, name)?.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect()),
+        (Ok(flat), [_, 4] | [0]) => {
+            Ok(to_indices(flat, name)?.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect())
+        }
         (_, found) => Err(wrong_shape(name, found, "(N, 4)")),
     }
 }

@@ -87,7 +87,8 @@ fn fold_tiling(
         for (k, pair) in given.try_iter()?.enumerate() {
             let (first, second): (Bound<'_, PyAny>, Bound<'_, PyAny>) =
                 pair?.extract().map_err(|_| bad_option(format!("glue[{k}] is no pair of runs of vertices")))?;
-            let run = |given: &Bound<'_, PyAny>| arrays::indices(given, &format!("a run of glue[{k}]")).map_err(bad_option);
+            let run =
+                |given: &Bound<'_, PyAny>| arrays::indices(given, &format!("a run of glue[{k}]")).map_err(bad_option);
             gluings.push(Gluing::Vertices(run(&first)?, run(&second)?));
         }
     }
@@ -101,15 +102,14 @@ fn fold_tiling(
     }
     let types = ScheduleOptions { tolerance: type_tolerance, mirror };
     let mesh = Arc::clone(&mesh.get().inner);
-    type Both = Result<(Folding, Inner), Result<FoldError, ScheduleError>>;
-    let outcome = worker::run(py, progress.as_ref(), move |monitor| -> Both {
-        let made = monitor.within(0.0, 0.9, || fold(&mesh, &cut, &gluings, &options, monitor)).map_err(Ok)?;
-        let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.mesh, &types, monitor)).map_err(Err)?;
+    let outcome = worker::run(py, progress.as_ref(), move |monitor| {
+        let made = monitor.within(0.0, 0.9, || fold(&mesh, &cut, &gluings, &options, monitor))?;
+        let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.mesh, &types, monitor))?;
         Ok((made, schedule))
     })?;
-    let (made, schedule) = outcome.map_err(|error| match error {
-        Ok(error) => to_exception(py, &error),
-        Err(error) => schedule::to_exception(py, &error),
+    let (made, schedule) = outcome.map_err(|failure: Failure| match failure {
+        Failure::Folding(error) => to_exception(py, &error),
+        Failure::Schedule(error) => schedule::to_exception(py, &error),
     })?;
     Ok(FoldResult {
         irregularity: made.irregularity,
@@ -121,6 +121,24 @@ fn fold_tiling(
         defects: PyArray1::from_iter(py, made.defects.iter().map(|&(_, defect)| defect)).unbind(),
         mesh: Py::new(py, Mesh::from(made.mesh))?,
     })
+}
+
+/// Either half of the work may fail.
+enum Failure {
+    Folding(FoldError),
+    Schedule(ScheduleError),
+}
+
+impl From<FoldError> for Failure {
+    fn from(error: FoldError) -> Self {
+        Self::Folding(error)
+    }
+}
+
+impl From<ScheduleError> for Failure {
+    fn from(error: ScheduleError) -> Self {
+        Self::Schedule(error)
+    }
 }
 
 fn to_exception(py: Python<'_>, error: &FoldError) -> PyErr {

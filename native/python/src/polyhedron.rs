@@ -5,10 +5,10 @@ use crate::errors::{self, QuadloomError};
 use crate::mesh::Mesh;
 use crate::patch_edit::Wish;
 use crate::patch_graph::PatchGraph;
-use crate::schedule::{self, Schedule};
-use crate::surface::tiling_exception;
+use crate::schedule::Schedule;
+use crate::surface::Failure;
 use crate::worker;
-use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
+use ::tiling::schedule::{Schedule as Inner, ScheduleOptions};
 use ::tiling::{Kind, PolygonsError, PolyhedronOptions, PolyhedronTiling, Zigzag};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -157,16 +157,12 @@ fn run(
     types: ScheduleOptions,
     job: impl FnOnce(&mesh::Monitor) -> Result<PolyhedronTiling, PolygonsError> + Send + 'static,
 ) -> PyResult<PolyhedronResult> {
-    type Both = Result<(PolyhedronTiling, Inner), Result<PolygonsError, ScheduleError>>;
-    let outcome = worker::run(py, progress, move |monitor| -> Both {
-        let made = monitor.within(0.0, 0.9, || job(monitor)).map_err(Ok)?;
-        let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.mesh, &types, monitor)).map_err(Err)?;
+    let outcome = worker::run(py, progress, move |monitor| {
+        let made = monitor.within(0.0, 0.9, || job(monitor))?;
+        let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.mesh, &types, monitor))?;
         Ok((made, schedule))
     })?;
-    let (made, schedule) = outcome.map_err(|error| match error {
-        Ok(error) => tiling_exception(py, &error),
-        Err(error) => schedule::to_exception(py, &error),
-    })?;
+    let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
     let report = PyDict::new(py);
     let count = |kind: Kind| made.panels.iter().filter(|panel| panel.kind == kind).count();
     report.set_item("triangles", count(Kind::Triangle))?;

@@ -9,8 +9,8 @@ use crate::schedule::{self, Schedule};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    Along, Fill, PanelSize, Partition, PolygonTiling, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, Zigzag,
-    tile_polygons,
+    Along, Fill, PanelSize, Partition, PolygonTiling, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions,
+    Zigzag, tile_polygons,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -281,8 +281,10 @@ fn tile_surface(
 }
 
 /// Either half of the work may fail.
-enum Failure {
+pub enum Failure {
+    /// The panels cannot be made.
     Tiling(PolygonsError),
+    /// The panels cannot be measured.
     Schedule(ScheduleError),
 }
 
@@ -299,7 +301,8 @@ impl From<ScheduleError> for Failure {
 }
 
 impl Failure {
-    fn to_exception(&self, py: Python<'_>) -> PyErr {
+    /// The exception for it.
+    pub fn to_exception(&self, py: Python<'_>) -> PyErr {
         match self {
             Self::Tiling(error) => tiling_exception(py, error),
             Self::Schedule(error) => schedule::to_exception(py, error),
@@ -307,7 +310,7 @@ impl Failure {
     }
 }
 
-pub fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
+fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
     let sentence = error.to_string();
     let error = match error {
         PolygonsError::Mesh(fault) => {

@@ -170,6 +170,8 @@ mod tests {
         let found = greatest_eigenvectors(3, |row, column| matrix[row][column], 2).expect("finite");
         assert!((found[0].0 - 3.0).abs() < 1e-12 && (found[1].0 - 2.0).abs() < 1e-12);
         assert!((found[0].1[0] - found[0].1[1]).abs() < 1e-12 && found[1].1[2].abs() > 1.0 - 1e-12);
-        assert!(greatest_eigenvectors(1, |_, _| f64::NAN, 1).is_err() && greatest_eigenvectors(1, |_, _| 1.0, 2).is_err());
+        assert!(
+            greatest_eigenvectors(1, |_, _| f64::NAN, 1).is_err() && greatest_eigenvectors(1, |_, _| 1.0, 2).is_err()
+        );
     }
 }

@@ -39,8 +39,8 @@ mod value;
 
 pub use self::surface::{
     Along, Corner, Edit, EditError, Fill, FoldError, FoldOptions, Folding, Gluing, NoCIndices, Panel, Partition, Patch,
-    PatchDesign, PatchGraph, PatchTiles, PolyhedronOptions, PolyhedronTiling, Proposal, ShapeOptions, Side, SurfaceError,
-    SurfaceOptions, SurfaceTiling, Zigzag, fold, tile_surface, zigzags_of_patch,
+    PatchDesign, PatchGraph, PatchTiles, PolyhedronOptions, PolyhedronTiling, Proposal, ShapeOptions, Side,
+    SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, fold, tile_surface, zigzags_of_patch,
 };
 pub use border::Conflict;
 pub use boundary::Boundary;

@@ -3,8 +3,8 @@
 //! scene matters.
 
 use crate::surface::{
-    Fill, Partition, PolyhedronOptions, PolyhedronTiling, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag,
-    tile_faces, tile_surface,
+    Fill, Partition, PolyhedronOptions, PolyhedronTiling, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling,
+    Zigzag, tile_faces, tile_surface,
 };
 use ::surface::inspect::{Fault, inspect, inspect_vertices};
 use ::surface::triangulate::triangulate;

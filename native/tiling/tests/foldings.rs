@@ -88,9 +88,8 @@ fn a_strip_becomes_a_tube() {
 #[test]
 fn a_net_becomes_a_cube() {
     // The cross of six squares of two by two.
-    let sheet = tiling(&[
-        (0, 2), (3, 2), (0, 2), (3, 2), (6, 2), (3, 4), (6, 2), (9, 4), (6, 2), (9, 2), (0, 2), (9, 2),
-    ]);
+    let sheet =
+        tiling(&[(0, 2), (3, 2), (0, 2), (3, 2), (6, 2), (3, 4), (6, 2), (9, 4), (6, 2), (9, 2), (0, 2), (9, 2)]);
     let p = |x: f64, y: f64| at(&sheet, x, y);
     // Seven edges of the cube, as zips at concave corners and runs between what is left.
     let gluings = [

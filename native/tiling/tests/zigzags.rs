@@ -4,8 +4,8 @@ use mesh::{DVec3, Monitor, PolygonMesh, TriangleMesh};
 use std::collections::{BTreeMap, BTreeSet};
 use testkit::{oracle, shapes};
 use tiling::{
-    EditError, Fill, Kind, Partition, PatchTiles, PolyhedronOptions, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag,
-    tile_polyhedron, tile_surface, zigzags_of_patch,
+    EditError, Fill, Kind, Partition, PatchTiles, PolyhedronOptions, SurfaceError, SurfaceOptions, SurfaceTiling,
+    Zigzag, tile_polyhedron, tile_surface, zigzags_of_patch,
 };
 
 fn tiled(mesh: &PolygonMesh, edge_length: f64, corners: Vec<(u32, u8)>) -> SurfaceTiling {
@@ -73,10 +73,12 @@ fn connectivity(mesh: &PolygonMesh, tiles: &PatchTiles, patch: u32) -> Vec<Vec<u
     (0..mesh.face_count())
         .filter(|&f| tiles.patch_of[f] == patch)
         .map(|f| {
-            let place = |v: &u32| met.iter().position(|w| w == v).unwrap_or_else(|| {
-                met.push(*v);
-                met.len() - 1
-            });
+            let place = |v: &u32| {
+                met.iter().position(|w| w == v).unwrap_or_else(|| {
+                    met.push(*v);
+                    met.len() - 1
+                })
+            };
             mesh.face(f).iter().map(place).collect()
         })
         .collect()
@@ -85,7 +87,11 @@ fn connectivity(mesh: &PolygonMesh, tiles: &PatchTiles, patch: u32) -> Vec<Vec<u
 /// What an edit promises.
 fn assert_edited(before: &SurfaceTiling, after: &SurfaceTiling) {
     assert_surface(&after.mesh, oracle::euler(&before.mesh));
-    assert_eq!(irregular(&after.mesh), irregular(&before.mesh), "irregular vertices are nodes, which keep their indices");
+    assert_eq!(
+        irregular(&after.mesh),
+        irregular(&before.mesh),
+        "irregular vertices are nodes, which keep their indices"
+    );
     let graph = after.patch_graph.as_ref().expect("patches");
     assert_eq!(Some(graph), before.patch_graph.as_ref());
     assert!(graph.patches.iter().all(|patch| patch.total_interior_defect() == 0));
@@ -229,10 +235,7 @@ fn impossible_edits_are_named() {
     assert_eq!(error(&[Zigzag::new(4, 1)]), EditError::NoSuchSide { side: 4, count: 4 });
     assert_eq!(error(&[Zigzag::new(0, 0)]), EditError::Edges { edges: 0 });
     let graph = before.patch_graph.as_ref().expect("patches");
-    assert_eq!(
-        zigzags_of_patch(graph, 1, 0, Zigzag::new(0, 1)),
-        Err(EditError::NoSuchPatch { patch: 1, count: 1 })
-    );
+    assert_eq!(zigzags_of_patch(graph, 1, 0, Zigzag::new(0, 1)), Err(EditError::NoSuchPatch { patch: 1, count: 1 }));
     let surface = TriangleMesh::from_polygons(&shapes::sheet(9, 6)).0;
     let even = tile_surface(&surface, 0.5, &SurfaceOptions::default(), &Monitor::new()).expect("a sheet");
     assert!(matches!(

@@ -214,8 +214,7 @@ pub fn fold(
         let next = number.len() as u32;
         vertex_of[v as usize] = *number.entry(glued[v as usize]).or_insert(next);
     }
-    let tiles: Vec<Vec<u32>> =
-        faces.iter().map(|face| face.iter().map(|&v| vertex_of[v as usize]).collect()).collect();
+    let tiles: Vec<Vec<u32>> = faces.iter().map(|face| face.iter().map(|&v| vertex_of[v as usize]).collect()).collect();
     let mut positions = from_distances(&tiles, number.len(), monitor)?;
     // As large as the sheet.
     let edge = super::regular::mean_edge(&tiles_of(sheet), &sheet.positions);
@@ -368,8 +367,7 @@ fn root(parent: &[u32], mut v: u32) -> u32 {
 
 /// Each glued edge has two faces at most, each vertex one fan of them, each face its own corners.
 fn check_surface(faces: &[&[u32]], face_source: &[u32], glued: &[u32]) -> Result<(), FoldError> {
-    let tiles: Vec<Vec<u32>> =
-        faces.iter().map(|face| face.iter().map(|&v| glued[v as usize]).collect()).collect();
+    let tiles: Vec<Vec<u32>> = faces.iter().map(|face| face.iter().map(|&v| glued[v as usize]).collect()).collect();
     let is_degenerate = |tile: &Vec<u32>| tile.iter().collect::<BTreeSet<_>>().len() < tile.len();
     let degenerate: Vec<u32> =
         tiles.iter().zip(face_source).filter(|(tile, _)| is_degenerate(tile)).map(|(_, &f)| f).collect();
@@ -393,7 +391,9 @@ fn check_surface(faces: &[&[u32]], face_source: &[u32], glued: &[u32]) -> Result
         }
         vertices = (0..glued.len() as u32)
             .filter(|&v| corners[v as usize] > 0)
-            .filter(|&v| topology.around(v).filter(|&h| topology.face[h as usize] != NONE).count() != corners[v as usize])
+            .filter(|&v| {
+                topology.around(v).filter(|&h| topology.face[h as usize] != NONE).count() != corners[v as usize]
+            })
             .collect();
     }
     if degenerate.is_empty() && edges.is_empty() && vertices.is_empty() {

@@ -152,8 +152,7 @@ fn refine(tiles: &[Vec<u32>], positions: &mut [DVec3], monitor: &Monitor) -> Res
             }
             Err(error) => return Err(error.into()),
         }
-        let moved: Vec<DVec3> =
-            now.iter().zip(right.chunks_exact(3)).map(|(&p, d)| p + DVec3::from_slice(d)).collect();
+        let moved: Vec<DVec3> = now.iter().zip(right.chunks_exact(3)).map(|(&p, d)| p + DVec3::from_slice(d)).collect();
         let after = error(&moved);
         if square(&after) < square(&errors) {
             (now, errors) = (moved, after);
@@ -228,8 +227,9 @@ mod tests {
     /// A cube's faces about eight places that are off it.
     #[test]
     fn a_crooked_cube_becomes_one() {
-        let tiles: Vec<Vec<u32>> =
-            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]].map(Vec::from).to_vec();
+        let tiles: Vec<Vec<u32>> = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+            .map(Vec::from)
+            .to_vec();
         let mut positions: Vec<DVec3> = (0..8u32)
             .map(|k| {
                 let p = DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));

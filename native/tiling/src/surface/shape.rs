@@ -230,12 +230,10 @@ impl Shaper<'_> {
         let mut triplets = Vec::new();
         let mut pinned = vec![DVec3::ZERO; count];
         // An entry of the matrix; both halves of it are given.
-        let mut add = |row: u32, column: u32, value: f64| {
-            match [row, column].map(|v| self.is_fixed(v as usize)) {
-                [false, false] if row >= column => triplets.push((row as usize, column as usize, value)),
-                [false, true] => pinned[row as usize] -= value * self.pattern.positions[column as usize],
-                _ => {}
-            }
+        let mut add = |row: u32, column: u32, value: f64| match [row, column].map(|v| self.is_fixed(v as usize)) {
+            [false, false] if row >= column => triplets.push((row as usize, column as usize, value)),
+            [false, true] => pinned[row as usize] -= value * self.pattern.positions[column as usize],
+            _ => {}
         };
         for tile in &self.pattern.tiles {
             let n = tile.len() as f64;
@@ -277,7 +275,9 @@ impl Shaper<'_> {
     }
 
     fn curvature(&self, positions: &[DVec3]) -> Vec<DVec3> {
-        (0..positions.len()).map(|v| self.star(v).iter().map(|&(w, share)| share * positions[w as usize]).sum()).collect()
+        (0..positions.len())
+            .map(|v| self.star(v).iter().map(|&(w, share)| share * positions[w as usize]).sum())
+            .collect()
     }
 
     fn diagonals(&self) -> Vec<[u32; 2]> {

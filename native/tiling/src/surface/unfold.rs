@@ -20,11 +20,7 @@ const EDGE: u64 = 1000;
 const DIAGONAL: u64 = 1414;
 
 /// Places of the vertices, edges about 1 long; each component on its own, side by side.
-pub(super) fn from_distances(
-    tiles: &[Vec<u32>],
-    count: usize,
-    monitor: &Monitor,
-) -> Result<Vec<DVec3>, SurfaceError> {
+pub(super) fn from_distances(tiles: &[Vec<u32>], count: usize, monitor: &Monitor) -> Result<Vec<DVec3>, SurfaceError> {
     let mut near: Vec<BTreeMap<u32, u64>> = vec![BTreeMap::new(); count];
     for tile in tiles {
         for i in 0..tile.len() {
@@ -70,11 +66,7 @@ fn walked(near: &[BTreeMap<u32, u64>], from: usize) -> Vec<Option<u64>> {
 }
 
 /// Places for the vertices of one component.
-fn placed(
-    near: &[BTreeMap<u32, u64>],
-    members: &[usize],
-    monitor: &Monitor,
-) -> Result<Vec<DVec3>, SurfaceError> {
+fn placed(near: &[BTreeMap<u32, u64>], members: &[usize], monitor: &Monitor) -> Result<Vec<DVec3>, SurfaceError> {
     // Landmarks: each the farthest from those before.
     let mut rows: Vec<Vec<f64>> = Vec::new();
     let mut landmarks = vec![0];
