@@ -201,7 +201,10 @@ fn patches_of_a_dome_take_zigzags_and_far_ones_keep_their_tiles() {
                     draw("sphere", &after.mesh);
                 }
             }
-            Err(SurfaceError::Edit(EditError::Open { .. } | EditError::Untileable { .. })) => refused += 1,
+            Err(SurfaceError::Edit(error @ (EditError::Open { .. } | EditError::Untileable { .. }))) => {
+                println!("{error}");
+                refused += 1;
+            }
             Err(error) => panic!("side {side}: {error}"),
         }
     }

@@ -237,7 +237,11 @@ pub fn fold(
 /// Faces are equilateral triangles and squares of one size, and make an oriented manifold.
 fn check_tiles(sheet: &PolygonMesh) -> Result<(), FoldError> {
     let tiles = tiles_of(sheet);
-    let edge = super::regular::mean_edge(&tiles, &sheet.positions);
+    // The edge that most have, so that crooked faces do not make others look so.
+    let mut lengths: Vec<f64> =
+        tiles.iter().map(|tile| super::regular::mean_edge(std::slice::from_ref(tile), &sheet.positions)).collect();
+    lengths.sort_by(f64::total_cmp);
+    let edge = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
     let is_tile = |tile: &Vec<u32>| {
         (3..=4).contains(&tile.len()) && edge > 0.0 && {
             // A tile on its own, with the edge of all.
