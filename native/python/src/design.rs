@@ -132,10 +132,10 @@ impl PatchDesign {
     /// The panels: what `tile_surface` returns, with the arguments that it has in common. Parts that are no patches yet are
     /// divided automatically.
     ///
-    /// Raises `InfeasibleError` "`no_patches`" when that finds nothing, or no lengths of sides close all patches.
+    /// Raises `InfeasibleError` "`no_lengths`" when that finds nothing, or no lengths of sides close all patches.
     #[pyo3(signature = (
         *, pattern = "regular", seed = 0, patch_panels = 40, shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0,
-        type_tolerance = None, mirror = false, progress = None
+        planarity = 0.0, fairness = 0.0, uniformity = 0.0, borders = "slide", features = "slide", type_tolerance = None, mirror = false, progress = None
     ))]
     #[allow(clippy::too_many_arguments)] // One Python keyword each.
     fn tile(
@@ -147,6 +147,11 @@ impl PatchDesign {
         shaping_rounds: i64,
         flattening_rounds: i64,
         closeness: f64,
+        planarity: f64,
+        fairness: f64,
+        uniformity: f64,
+        borders: &str,
+        features: &str,
         type_tolerance: Option<f64>,
         mirror: bool,
         progress: Option<Bound<'_, PyAny>>,
@@ -159,6 +164,11 @@ impl PatchDesign {
             shaping_rounds,
             flattening_rounds,
             closeness,
+            planarity,
+            fairness,
+            uniformity,
+            borders: borders.to_owned(),
+            features: features.to_owned(),
             type_tolerance,
             mirror,
         };

@@ -154,7 +154,11 @@ impl SurfaceResult {
 /// corner_angle: borders and followed lines keep a vertex where they turn by more; radians, 0 to pi, by default 30 degrees.
 /// shaping_rounds: rounds that make panels regular, on the surface; 0 to 1000.
 /// flattening_rounds: further rounds that make them flat, near the surface; 0 to 1000.
-/// closeness: weight of nearness to the surface against regularity in the latter; 0.001 to 1000.
+/// closeness: weight of nearness to the surface in the latter, as all weights against that of regularity, 1; 0.001 to 1000.
+/// planarity: weight of flat quads in the latter; 0 to 1000.
+/// fairness: weight in the latter of the curvature that the panels had on the surface, against wiggles; 0 to 1000.
+/// uniformity: weight in all rounds of one length for all edges and one for all diagonals; 0 to 1000.
+/// borders, features: "slide", so that vertices move along borders and along followed edges, or "keep" them at equal steps.
 /// type_tolerance, mirror: what counts as one type of panels, as in `panel_schedule`.
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
@@ -167,7 +171,8 @@ impl SurfaceResult {
 #[pyo3(signature = (
     mesh, edge_length = None, feature_edges = None, *, target_panels = 1000, partition = "even", corners = None,
     pattern = "regular", seed = 0, patch_panels = 40, feature_angle = 0.872_664_625_997_164_8, corner_angle = std::f64::consts::FRAC_PI_6,
-    shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, type_tolerance = None, mirror = false, progress = None
+    shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, planarity = 0.0, fairness = 0.0, uniformity = 0.0,
+    borders = "slide", features = "slide", type_tolerance = None, mirror = false, progress = None
 ))]
 // One Python keyword each: the signature is the interface.
 #[allow(clippy::too_many_arguments)]
@@ -187,6 +192,11 @@ fn tile_surface(
     shaping_rounds: i64,
     flattening_rounds: i64,
     closeness: f64,
+    planarity: f64,
+    fairness: f64,
+    uniformity: f64,
+    borders: &str,
+    features: &str,
     type_tolerance: Option<f64>,
     mirror: bool,
     progress: Option<Bound<'_, PyAny>>,
@@ -202,6 +212,11 @@ fn tile_surface(
         shaping_rounds,
         flattening_rounds,
         closeness,
+        planarity,
+        fairness,
+        uniformity,
+        borders: borders.to_owned(),
+        features: features.to_owned(),
         type_tolerance,
         mirror,
     };
@@ -225,7 +240,9 @@ fn tile_surface(
 
 /// Either half of the work may fail.
 pub enum Failure {
+    /// The panels cannot be made.
     Tiling(PolygonsError),
+    /// The panels cannot be measured.
     Schedule(ScheduleError),
 }
 
@@ -242,6 +259,7 @@ impl From<ScheduleError> for Failure {
 }
 
 impl Failure {
+    /// The exception for it.
     pub fn to_exception(&self, py: Python<'_>) -> PyErr {
         match self {
             Self::Tiling(error) => tiling_exception(py, error),
@@ -274,10 +292,13 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
             let elements = elements.map(|(kind, indices)| (kind.to_owned(), indices.as_slice()));
             errors::raise::<InfeasibleError>(py, graph_code(fault.fault), sentence, None, elements)
         }
-        SurfaceError::NoPartition | SurfaceError::NoLengths => {
-            errors::raise_plain::<InfeasibleError>(py, "no_patches", sentence)
-        }
+        SurfaceError::NoPartition => errors::raise_plain::<InfeasibleError>(py, "no_patches", sentence),
         SurfaceError::Cancelled(_) => worker::cancelled(py),
+        SurfaceError::Polygons(error) => {
+            let elements = [("faces".to_owned(), error.faces.as_slice())];
+            errors::raise::<InfeasibleError>(py, "no_c_indices", sentence, None, elements)
+        }
+        SurfaceError::NoLengths => errors::raise_plain::<InfeasibleError>(py, "no_lengths", sentence),
         SurfaceError::Edit(error) => patch_edit::to_exception(py, error),
         // The mesh was looked at before.
         _ => {

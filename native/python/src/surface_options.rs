@@ -2,7 +2,7 @@
 
 use crate::arrays;
 use ::tiling::schedule::ScheduleOptions;
-use ::tiling::{Fill, PanelSize, Partition, ShapeOptions, SurfaceOptions};
+use ::tiling::{Along, Fill, PanelSize, Partition, ShapeOptions, SurfaceOptions};
 use pyo3::prelude::*;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -25,6 +25,11 @@ pub struct PanelKeywords {
     pub shaping_rounds: i64,
     pub flattening_rounds: i64,
     pub closeness: f64,
+    pub planarity: f64,
+    pub fairness: f64,
+    pub uniformity: f64,
+    pub borders: String,
+    pub features: String,
     pub type_tolerance: Option<f64>,
     pub mirror: bool,
 }
@@ -74,6 +79,11 @@ impl PanelKeywords {
             rounds: within("shaping_rounds", self.shaping_rounds, 0..=1000)? as usize,
             flattening_rounds: within("flattening_rounds", self.flattening_rounds, 0..=1000)? as usize,
             closeness,
+            planarity: weight("planarity", self.planarity)?,
+            fairness: weight("fairness", self.fairness)?,
+            uniformity: weight("uniformity", self.uniformity)?,
+            borders: along("borders", &self.borders)?,
+            features: along("features", &self.features)?,
         };
         Ok((fill, shape, ScheduleOptions { tolerance: self.type_tolerance, mirror }))
     }
@@ -88,4 +98,19 @@ fn within(name: &str, value: i64, range: RangeInclusive<i64>) -> Result<i64, Str
 
 fn angle(name: &str, value: f64) -> Result<f64, String> {
     if (0.0..=PI).contains(&value) { Ok(value) } else { Err(format!("{name} is {value}, but it must lie between 0 and pi")) }
+}
+
+fn weight(name: &str, value: f64) -> Result<f64, String> {
+    if (0.0..=1e3).contains(&value) {
+        return Ok(value);
+    }
+    Err(format!("{name} is {value}, but it must lie between 0 and 1000"))
+}
+
+fn along(name: &str, value: &str) -> Result<Along, String> {
+    match value {
+        "slide" => Ok(Along::Slide),
+        "keep" => Ok(Along::Keep),
+        _ => Err(format!("{name} is \"{value}\"; it must be one of: slide, keep")),
+    }
 }

@@ -39,9 +39,9 @@ mod tilings;
 mod value;
 
 pub use self::surface::{
-    Corner, DrawnGraph, Edit, EditError, Fill, GraphError, GraphFault, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PatchTiles,
-    PolyhedronOptions, PolyhedronTiling, Proposal, ShapeOptions, Side, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag,
-    tile_polyhedron, tile_surface, zigzags_of_patch,
+    Along, Corner, DrawnGraph, Edit, EditError, Fill, FoldError, FoldOptions, Folding, Gluing, GraphError, GraphFault, NoCIndices, Panel, Partition, Patch,
+    PatchDesign, PatchGraph, PatchTiles, PolyhedronOptions, PolyhedronTiling, Proposal, ShapeOptions, Side,
+    SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, fold, tile_surface, zigzags_of_patch,
 };
 pub use border::Conflict;
 pub use boundary::Boundary;
@@ -55,7 +55,7 @@ pub use nearest::{NearestLoop, nearest_loop_by_programme};
 pub use num_bigint::BigUint;
 pub use options::Options;
 pub use plane::{Direction, Isometry, Point, Surd};
-pub use polygons::{PanelSize, PolygonTiling, PolygonsError, tile_polygons};
+pub use polygons::{PanelSize, PolygonTiling, PolygonsError, tile_polygons, tile_polyhedron};
 pub use programme::tilings_by_programme;
 pub use repair::{Repair, repair};
 pub use rhombi::{WithRhombi, count_with_rhombi, tile_with_rhombi};

@@ -3,7 +3,8 @@
 //! scene matters.
 
 use crate::surface::{
-    Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, tile_surface,
+    Fill, Partition, PolyhedronOptions, PolyhedronTiling, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling,
+    Zigzag, tile_faces, tile_surface,
 };
 use ::surface::inspect::{Fault, inspect, inspect_vertices};
 use ::surface::triangulate::triangulate;
@@ -16,6 +17,8 @@ const MEAN_PANEL_AREA: f64 = 0.587_645_601_370_716_2;
 pub(crate) const NEAR_COUNT: f64 = 0.03;
 const CORRECTIONS: usize = 4;
 pub(crate) const PATCH_CORRECTIONS: usize = 3;
+/// Most edges along all sides of a polyhedron together.
+const MOST_SIDE_EDGES: f64 = 20_000.0;
 /// Rounds of shaping that turn back most of what the pattern turned over, so that only panels without room are taken for such.
 const FEW_ROUNDS: usize = 8;
 /// Part of the progress for finding the edge length of a count.
@@ -149,6 +152,41 @@ pub(crate) fn prepare(
         }
     };
     Ok(Prepared { surface, options, place, taken_apart, edge_length, start })
+}
+
+/// Tiles the faces of a polyhedron, each a patch, by triangles and squares with edges of about `edge_length`, scene units;
+/// `None` for the mean of the polyhedron's edges. The mesh may be open, bent and of any genus; it is shaped for regularity alone.
+///
+/// # Errors
+/// [`PolygonsError::Mesh`] when it is no oriented surface; [`SurfaceError::Polygons`] for faces without c-indices;
+/// [`SurfaceError::NoLengths`] when no side lengths close all faces or a face has no tiling; [`SurfaceError::EdgeLength`],
+/// [`SurfaceError::TooMany`]; cancelled.
+///
+/// # Source
+/// Peng et al. 2018, section 5.1, Fig. 14. Costs one integer programme over the sides.
+pub fn tile_polyhedron(
+    polyhedron: &PolygonMesh,
+    edge_length: Option<f64>,
+    options: &PolyhedronOptions,
+    monitor: &Monitor,
+) -> Result<PolyhedronTiling, PolygonsError> {
+    monitor.stage("checking", 0.0)?;
+    inspect(polyhedron)?;
+    let topology = Topology::of(polyhedron);
+    let lengths: Vec<f64> = topology
+        .edges()
+        .map(|h| [topology.from(h), topology.to(h)].map(|v| polyhedron.positions[v as usize]))
+        .map(|[p, q]| p.distance(q))
+        .collect();
+    let whole: f64 = lengths.iter().sum();
+    let edge_length = edge_length.unwrap_or(whole / lengths.len() as f64);
+    // Sides are given to an integer programme, which is the first to have too many panels.
+    let least = whole / MOST_SIDE_EDGES;
+    if edge_length > 0.0 && edge_length < least {
+        let panels = whole / edge_length;
+        return Err(SurfaceError::TooMany { edge_length, panels, least }.into());
+    }
+    Ok(tile_faces(polyhedron, edge_length, options, monitor)?)
 }
 
 /// Edges of faces at which the surface turns by more than the angle. Diagonals of bent faces may turn as much, but are no

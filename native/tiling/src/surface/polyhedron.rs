@@ -7,7 +7,7 @@ use super::SurfaceError;
 use super::panels::{self, Panel};
 use super::patch_graph::PatchGraph;
 use super::paving::{PatchTiles, Paving, at_equal_steps, pave};
-use super::shape::regularise;
+use super::regular::{REGULAR, regularise};
 use super::zigzag::{Edit, Zigzag, zigzagged};
 use mesh::{DVec3, Monitor, PolygonMesh};
 use std::sync::Arc;
@@ -24,7 +24,7 @@ pub struct PolyhedronOptions {
     pub cones: bool,
     /// Which of the tilings of each face.
     pub seed: u64,
-    /// Rounds of shaping. Default 400; 0 leaves the faces as flat as they were.
+    /// Rounds of shaping before Newton's method. Default 400; 0 leaves the faces as flat as they were.
     pub rounds: usize,
 }
 
@@ -47,6 +47,8 @@ pub struct PolyhedronTiling {
     pub patch_tiles: PatchTiles,
     /// Vertices whose combinatorial angle defect is not zero, and the defect in units of 30 degrees.
     pub defects: Vec<(u32, i32)>,
+    /// The greatest departure of an edge from the mean edge, and of a quad's diagonal from sqrt 2, in edges.
+    pub irregularity: f64,
     /// Patches that got other side lengths than the best, because these admit no tiling.
     pub relengthened_patches: Vec<u32>,
     /// Patches that got rhombi, having no tiling without.
@@ -64,15 +66,8 @@ struct Kept {
     options: PolyhedronOptions,
 }
 
-/// Tiles the faces of a polygon mesh by triangles and squares with edges of about `edge_length`, scene units.
-///
-/// # Errors
-/// [`SurfaceError::Polygons`] for faces without c-indices, [`SurfaceError::NoLengths`] when no side lengths close all
-/// faces or a face has no tiling; [`SurfaceError::EdgeLength`]; cancelled.
-///
-/// # Source
-/// Peng et al. 2018, section 5.1, Fig. 14. Costs one integer programme over the sides.
-pub fn tile_polyhedron(
+/// Tiles the faces of an oriented manifold; see [`crate::tile_polyhedron`].
+pub fn tile_faces(
     polyhedron: &PolygonMesh,
     edge_length: f64,
     options: &PolyhedronOptions,
@@ -87,6 +82,11 @@ pub fn tile_polyhedron(
 }
 
 impl PolyhedronTiling {
+    /// Whether all panels are equilateral triangles and squares of one edge length, to a millionth of it.
+    pub fn is_regular(&self) -> bool {
+        self.irregularity < REGULAR
+    }
+
     /// The same polyhedron with zigzags on sides of its patch graph, as [`super::SurfaceTiling::zigzag`].
     ///
     /// # Errors
@@ -123,13 +123,14 @@ fn shaped(
             positions[v as usize] = p + lift;
         }
     }
-    regularise(&paving.tiles, &mut positions, options.rounds, monitor)?;
+    let irregularity = regularise(&paving.tiles, &mut positions, options.rounds, monitor)?;
     let mesh = PolygonMesh::from_polygons(positions, &paving.tiles)?;
     Ok(PolyhedronTiling {
         panels: Panel::all(&mesh, &paving.kinds),
         defects: panels::defects(&mesh).0.into_iter().collect(),
         mesh,
         patch_graph,
+        irregularity,
         patch_tiles: paving.patch_tiles(),
         relengthened_patches: paving.relengthened.clone(),
         patches_with_rhombi: paving.with_rhombi.clone(),

@@ -12,11 +12,11 @@
 //! outside keep all their tiles. The order of edges along the sides that change is searched together with the tilings of the
 //! patches beside them.
 
-use super::courses::{Course, fault};
+use super::SurfaceError;
 use super::cone::Filling;
+use super::courses::{Course, fault};
 use super::patch_graph::PatchGraph;
 use super::paving::{Paving, fill_patch, stitch};
-use super::SurfaceError;
 use crate::plane::Point;
 use mesh::Monitor;
 use solve::SolveError;
@@ -92,7 +92,9 @@ pub struct Edit {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EditError {
     /// There are no patches.
-    #[error("the panels are not those of patches; only a surface that was tiled with a partition into patches can be edited")]
+    #[error(
+        "the panels are not those of patches; only a surface that was tiled with a partition into patches can be edited"
+    )]
     NoPatches,
     /// There is no such side.
     #[error("side {side} does not exist; the patch graph has sides 0 to {}", count - 1)]
@@ -117,7 +119,9 @@ pub enum EditError {
         edges: i32,
     },
     /// A patch has neither three nor four sides.
-    #[error("patch {patch} has {sides} sides; zigzags for a whole patch are for those of three or four: name a side instead")]
+    #[error(
+        "patch {patch} has {sides} sides; zigzags for a whole patch are for those of three or four: name a side instead"
+    )]
     Shape {
         /// The patch.
         patch: u32,
