@@ -105,6 +105,47 @@ class TypeOptions:
     )
 
 
+class ShapeOptions:
+    """What the last rounds of shaping aim at besides regularity, a mixin."""
+
+    planarity: FloatProperty(
+        name="Flat Quads",
+        description="How strongly those rounds make quads flat, against regular panels",
+        default=0.0,
+        min=0.0,
+        max=1000.0,
+        soft_max=100.0,
+    )
+    fairness: FloatProperty(
+        name="Fairness",
+        description="How strongly those rounds keep the curvature that the panels had on the surface, against wiggles",
+        default=0.0,
+        min=0.0,
+        max=1000.0,
+        soft_max=100.0,
+    )
+    uniformity: FloatProperty(
+        name="Uniformity",
+        description="How strongly all rounds give all edges one length, and all diagonals one",
+        default=0.0,
+        min=0.0,
+        max=1000.0,
+        soft_max=100.0,
+    )
+    borders: EnumProperty(
+        name="Borders",
+        description="What nodes on open borders do",
+        items=[("slide", "Slide", "Move along the border"), ("keep", "Keep", "Stay at equal steps along the border")],
+        default="slide",
+    )
+    features: EnumProperty(
+        name="Followed Edges",
+        description="What nodes on followed edges do",
+        items=[("slide", "Slide", "Move along the edges"), ("keep", "Keep", "Stay at equal steps along the edges")],
+        default="slide",
+    )
+
+
 class ColorOptions:
     """What materials of panels show, a mixin."""
 
@@ -121,7 +162,7 @@ class ColorOptions:
     )
 
 
-class TileSurfaceOptions(FeatureOptions, ColorOptions, TypeOptions):
+class TileSurfaceOptions(FeatureOptions, ShapeOptions, ColorOptions, TypeOptions):
     """Options of `quadloom.tile_surface`, a mixin."""
 
     size_by: EnumProperty(
@@ -258,7 +299,7 @@ SURFACE_OPTIONS = (
 )  # fmt: skip
 """Those that say what is divided into patches; the others say how it is tiled."""
 TILE_SURFACE_OPTIONS = (
-    *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *ColorOptions.__annotations__,
+    *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *ShapeOptions.__annotations__, *ColorOptions.__annotations__,
     *TypeOptions.__annotations__,
 )  # fmt: skip
 
@@ -273,7 +314,7 @@ def tile_surface_uses(options: TileSurfaceOptions, name: str) -> bool:
         return options.patch_graph == ""
     if name in {"seed", "patch_panels"}:
         return options.pattern == "random" and (name == "seed" or options.partition == "even")
-    if name == "closeness":
+    if name in {"closeness", "planarity", "fairness"}:
         return options.flattening_rounds > 0
     return name != "detect_angle" or options.detect
 

@@ -1,4 +1,4 @@
-"""`quadloom.tile_polyhedron` and `quadloom.fold_panels`: free forms of regular panels (section 5.1), from the faces of a polyhedron,
+"""`quadloom.tile_polyhedron` and `quadloom.fold_panels`: free forms of regular panels (section 5.1), from a polyhedron's faces,
 or from a sheet of panels whose borders are glued."""
 
 from __future__ import annotations

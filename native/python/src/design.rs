@@ -109,8 +109,7 @@ impl PatchDesign {
             return Err(errors::raise_plain::<QuadloomError>(py, "option", sentence));
         };
         let design = Arc::clone(&self.inner);
-        let outcome =
-            worker::run(py, progress.as_ref(), move |monitor| design.admissible_partitions(part, monitor))?;
+        let outcome = worker::run(py, progress.as_ref(), move |monitor| design.admissible_partitions(part, monitor))?;
         let found = outcome.map_err(|error: PolygonsError| Failure::from(error).to_exception(py))?;
         let bound = |inner| PatchPartition { inner: Arc::new(inner), design: Arc::clone(&self.inner), part };
         Ok(found.into_iter().map(bound).collect())
@@ -172,9 +171,8 @@ impl PatchDesign {
             type_tolerance,
             mirror,
         };
-        let (fill, shape, types) = keywords
-            .options()
-            .map_err(|sentence| errors::raise_plain::<QuadloomError>(py, "option", sentence))?;
+        let (fill, shape, types) =
+            keywords.options().map_err(|sentence| errors::raise_plain::<QuadloomError>(py, "option", sentence))?;
         let design = Arc::clone(&self.inner);
         let outcome = worker::run(py, progress.as_ref(), move |monitor| {
             let made = monitor.within(0.0, 0.9, || design.tile(fill, shape, monitor))?;

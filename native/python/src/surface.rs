@@ -202,8 +202,7 @@ fn tile_surface(
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<SurfaceResult> {
     let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
-    let keywords =
-        SurfaceKeywords { edge_length, feature_edges, target_panels, corners, feature_angle, corner_angle };
+    let keywords = SurfaceKeywords { edge_length, feature_edges, target_panels, corners, feature_angle, corner_angle };
     let pattern = pattern.to_owned();
     let panels = PanelKeywords {
         pattern,

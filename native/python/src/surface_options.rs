@@ -97,7 +97,11 @@ fn within(name: &str, value: i64, range: RangeInclusive<i64>) -> Result<i64, Str
 }
 
 fn angle(name: &str, value: f64) -> Result<f64, String> {
-    if (0.0..=PI).contains(&value) { Ok(value) } else { Err(format!("{name} is {value}, but it must lie between 0 and pi")) }
+    if (0.0..=PI).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("{name} is {value}, but it must lie between 0 and pi"))
+    }
 }
 
 fn weight(name: &str, value: f64) -> Result<f64, String> {

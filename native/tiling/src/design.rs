@@ -4,7 +4,9 @@
 use crate::polygons::{
     NEAR_COUNT, PATCH_CORRECTIONS, PanelSize, Place, PolygonTiling, PolygonsError, Prepared, prepare,
 };
-use crate::surface::{DrawnGraph, Fill, PatchDesign, PatchGraph, Proposal, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling};
+use crate::surface::{
+    DrawnGraph, Fill, PatchDesign, PatchGraph, Proposal, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling,
+};
 use mesh::{Monitor, PolygonMesh};
 
 /// Part of the progress for the cuts, after the edge length is known.

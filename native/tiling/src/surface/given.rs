@@ -76,7 +76,9 @@ pub enum GraphFault {
 impl GraphFault {
     fn sentence(self) -> &'static str {
         match self {
-            Self::Malformed => "sides name nodes that are not there or have less than two points; give each its two nodes",
+            Self::Malformed => {
+                "sides name nodes that are not there or have less than two points; give each its two nodes"
+            }
             Self::Far => "nodes lie far from the surface; move them onto it, or remove them",
             Self::Apart => "sides join parts of the surface that do not hang together; remove them",
             Self::Open => "sides end in the open; join them to others or to the border, or remove them",
@@ -251,7 +253,11 @@ struct Corners<'a> {
 /// A corner whose c-index is to be found, or a turn within a smooth border that is settled.
 enum Turn {
     /// The angle in units of 30 degrees, the c-index the graph had there, and the one the caller sets.
-    Corner { angle: f64, known: Option<u8>, set: Option<u8> },
+    Corner {
+        angle: f64,
+        known: Option<u8>,
+        set: Option<u8>,
+    },
     Settled(i32),
 }
 

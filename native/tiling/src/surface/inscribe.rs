@@ -240,8 +240,7 @@ impl Pen {
         let (corners, at) = (self.mesh.triangles[t as usize], weights(t));
         let same = SAME * self.edge_length;
         let nearest = corners.into_iter().filter(|&v| self.position(v).distance(p) <= same);
-        let nearest =
-            nearest.min_by(|&v, &w| self.position(v).distance(p).total_cmp(&self.position(w).distance(p)));
+        let nearest = nearest.min_by(|&v, &w| self.position(v).distance(p).total_cmp(&self.position(w).distance(p)));
         if let Some(v) = nearest {
             return (v, normal);
         }
@@ -270,7 +269,9 @@ impl Pen {
         let is_along = |pen: &Self, a: u32, b: u32| {
             pen.is_line(a, b) && distance_to(&side.points, pen.position(a).midpoint(pen.position(b))) < near
         };
-        if from != to && let Some(path) = self.path(from, to, is_along) {
+        if from != to
+            && let Some(path) = self.path(from, to, is_along)
+        {
             self.mark(s, &path);
             return true;
         }
