@@ -24,8 +24,8 @@ from .tiling_options import TILE_SURFACE_OPTIONS
 SOURCE, GRAPH, STATE, REPORT = "quadloom_source", "quadloom_graph", "quadloom_tiling", "quadloom_report"
 ROUNDING = 6
 PANEL_OPTIONS = (
-    "pattern", "seed", "patch_panels", "shaping_rounds", "flattening_rounds", "closeness", "planarity", "fairness", "uniformity",
-    "borders", "features", "mirror",
+    "pattern", "seed", "patch_panels", "shaping_rounds", "flattening_rounds", "closeness", "planarity", "fairness",
+    "uniformity", "borders", "features", "mirror",
 )  # fmt: skip
 
 

@@ -299,8 +299,8 @@ SURFACE_OPTIONS = (
 )  # fmt: skip
 """Those that say what is divided into patches; the others say how it is tiled."""
 TILE_SURFACE_OPTIONS = (
-    *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *ShapeOptions.__annotations__, *ColorOptions.__annotations__,
-    *TypeOptions.__annotations__,
+    *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *ShapeOptions.__annotations__,
+    *ColorOptions.__annotations__, *TypeOptions.__annotations__,
 )  # fmt: skip
 
 
