@@ -126,6 +126,11 @@ def drawn(mesh: Snapshot) -> Drawn:
             if is_node[path[-1]]:
                 break
             edge = next((e for e in at[path[-1]] if side_of_edge[e] < 0), edge)
+        # A side runs as its first edge does.
+        lowest = int(np.argmin(chain))
+        if edges[chain[lowest], 0] != path[lowest]:
+            path.reverse()
+            chain.reverse()
         sides.append(np.array(path))
         chains.append(chain)
 

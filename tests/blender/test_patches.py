@@ -287,3 +287,63 @@ def test_zigzags_change_the_panels_beside_a_side(module):
     twice = shapes.arrays(panels)[1]
     assert len(state(panels)["edits"]) == 2
     assert twice != once
+
+
+def test_zigzags_on_all_sides_of_a_patch_and_what_was_edited_since(module):
+    flat()
+    graph = drawing([(1, 0, 0), (1, 2, 0)], [(0, 1)])
+    bpy.ops.quadloom.tile_surface(patch_graph=graph.name, show_patches=True, panel_count=250)
+    panels = bpy.context.active_object
+    patches = bpy.data.objects["Floor Patches"]
+    shapes.choose(patches)
+    for edge in patches.data.edges:
+        middle = sum((patches.data.vertices[v].co.x for v in edge.vertices)) / 2
+        edge.select = middle < 1.001
+    bpy.ops.quadloom.zigzag(where="patch", pair=True)
+    check_surface(panels)
+    assert {len(face) for face in shapes.arrays(panels)[1]} == {3, 4}
+    patches.data.vertices[0].co.x += 0.3
+    assert "were edited" in refused(bpy.ops.quadloom.zigzag)
+
+
+def test_a_polyhedron_becomes_regular_panels():
+    shapes.choose(shapes.add("Cube", shapes.box(1)))
+    assert bpy.ops.quadloom.tile_polyhedron(panel_size=0.5, show_patches=True) == {"FINISHED"}
+    panels = bpy.context.active_object
+    verts, faces = shapes.arrays(panels, world=True)
+    lengths = [np.linalg.norm(verts[f[k]] - verts[f[(k + 1) % len(f)]]) for f in faces for k in range(len(f))]
+    assert lengths == pytest.approx([lengths[0]] * len(lengths), rel=1e-4)
+    assert {len(face) for face in faces} == {4}
+    assert shapes.is_closed(faces)
+    assert len(bpy.data.objects["Cube Patches"].data.edges) >= 12
+
+
+def test_a_sheet_is_folded_about_the_middle_of_a_run():
+    # A square without a quarter, zipped up from the inner corner: three squares meet there, as in a cube's corner.
+    n = 4
+    verts = np.array([[x, y, 0.0] for x in range(n + 1) for y in range(n + 1)])
+    at = lambda i, j: i * (n + 1) + j  # noqa: E731
+    whole = [(i, j) for i in range(n) for j in range(n) if i < n // 2 or j < n // 2]
+    faces = [[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)] for i, j in whole]
+    used = sorted({v for face in faces for v in face})
+    faces = [[used.index(v) for v in face] for face in faces]
+    sheet = shapes.add("Sheet", (verts[used], faces))
+    shapes.choose(sheet)
+    for edge in sheet.data.edges:
+        a, b = (sheet.data.vertices[v].co for v in edge.vertices)
+        inner = (a.x == b.x == n / 2 and min(a.y, b.y) >= n / 2) or (a.y == b.y == n / 2 and min(a.x, b.x) >= n / 2)
+        edge.select = inner
+    assert bpy.ops.quadloom.fold_panels() == {"FINISHED"}
+    made = bpy.context.active_object
+    verts, faces = shapes.arrays(made, world=True)
+    assert len(faces) == len(whole)
+    uses = np.bincount(np.concatenate([list(face) for face in faces]))
+    edges = {frozenset((f[k], f[(k + 1) % 4])) for f in faces for k in range(4)}
+    assert len(uses) - len(edges) + len(faces) == 1
+    assert np.ptp(verts, axis=0).min() > 1, "it stands up"
+    lengths = [np.linalg.norm(np.subtract(*verts[list(edge)])) for edge in edges]
+    assert lengths == pytest.approx([1] * len(lengths), rel=1e-3)
+    shapes.choose(sheet)
+    for edge in sheet.data.edges:
+        edge.select = False
+    assert "No border edge" in refused(bpy.ops.quadloom.fold_panels)

@@ -7,7 +7,6 @@
 
 use super::given::DrawnGraph;
 use super::input::Input;
-use super::patch_graph::Side;
 use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use surface::closest::ClosestPoint;
@@ -79,7 +78,7 @@ pub(super) fn inscribe(
     let mut apart = Vec::new();
     for (s, side) in (0..).zip(&graph.sides) {
         monitor.stage("drawing sides", f64::from(s) / graph.sides.len() as f64)?;
-        if !pen.draw(s, side, side.ends.map(|n| node_vertices[n as usize])) {
+        if !pen.draw(s, &side.points, side.ends.map(|n| node_vertices[n as usize])) {
             apart.push(s);
         }
     }
@@ -263,20 +262,24 @@ impl Pen {
         (self.split(a, m, p), normal)
     }
 
-    /// Draws one side between the vertices of its nodes; whether the surface joins them.
-    fn draw(&mut self, s: u32, side: &Side, [from, to]: [u32; 2]) -> bool {
+    /// Draws one side between the vertices of its nodes; whether the surface joins them. A loop is drawn in two halves, as it
+    /// may be a whole border.
+    fn draw(&mut self, s: u32, points: &[DVec3], [from, to]: [u32; 2]) -> bool {
+        if from == to && points.len() > 2 {
+            let (first, second) = (&points[..=points.len() / 2], &points[points.len() / 2..]);
+            let middle = self.on_line(second[0]).unwrap_or_else(|| self.insert(second[0]).0);
+            return middle == from || (self.draw(s, first, [from, middle]) && self.draw(s, second, [middle, to]));
+        }
         let near = ON_LINE * self.edge_length;
         let is_along = |pen: &Self, a: u32, b: u32| {
-            pen.is_line(a, b) && distance_to(&side.points, pen.position(a).midpoint(pen.position(b))) < near
+            pen.is_line(a, b) && distance_to(points, pen.position(a).midpoint(pen.position(b))) < near
         };
-        if from != to
-            && let Some(path) = self.path(from, to, is_along)
-        {
+        if let Some(path) = self.path(from, to, is_along) {
             self.mark(s, &path);
             return true;
         }
         let (mut here, mut normal) = (from, self.normal_near(from));
-        for p in samples(&side.points, STEP * self.edge_length) {
+        for p in samples(points, STEP * self.edge_length) {
             let (next, there) = self.insert(p);
             if !self.join(s, here, next, normal + there) {
                 return false;
