@@ -310,7 +310,7 @@ impl Editor<'_> {
             let most = (2.0 * length) as i32 + 4 + extra;
             let [straight, left, right] = match wanted {
                 Some([l, r]) => [(0, most), (now[1] + l, now[1] + l), (now[2] + r, now[2] + r)],
-                None => [(0, most.max(now[0])), (0, now[1] + extra), (0, now[2] + extra)],
+                None => [(0, most.max(now[0])), (0, now[1] + 2 * extra), (0, now[2] + 2 * extra)],
             }
             .map(|(least, most)| programme.variable(least..=most));
             programme.row(&[(straight, 1), (left, 1), (right, 1)], 1..);
