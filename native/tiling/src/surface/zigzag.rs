@@ -370,17 +370,14 @@ impl Editor<'_> {
         for (corner, direction) in patch.corners.iter().zip(patch.directions()) {
             // A side walked backwards has its left where it has its left when walked forwards: the course is only reversed.
             let units = [0, 1, 11].map(|offset| Point::unit(direction + offset));
-            match variables.get(&corner.side) {
-                Some(of) => {
-                    for (axis, row) in rows.iter_mut().enumerate() {
-                        row.extend((0..3).map(|k| (of[k], units[k].0[axis])));
-                    }
+            if let Some(of) = variables.get(&corner.side) {
+                for (axis, row) in rows.iter_mut().enumerate() {
+                    row.extend((0..3).map(|k| (of[k], units[k].0[axis])));
                 }
-                None => {
-                    let counts = counts_of(&self.paving.courses[corner.side as usize]);
-                    for (unit, count) in units.into_iter().zip(counts) {
-                        fixed = fixed + Point(unit.0.map(|x| x * count));
-                    }
+            } else {
+                let counts = counts_of(&self.paving.courses[corner.side as usize]);
+                for (unit, count) in units.into_iter().zip(counts) {
+                    fixed = fixed + Point(unit.0.map(|x| x * count));
                 }
             }
         }
@@ -469,19 +466,16 @@ impl Editor<'_> {
                 ways.push(course);
             }
         };
-        let (position, spread, leads) = match asked[..] {
-            [zigzag, ..] => (zigzag.position, zigzag.spread, if zigzag.edges > 0 { 1 } else { -1 }),
-            [] => {
-                // The sides asked for come first, and others that answer them look alike.
-                for zigzag in self.zigzags {
-                    let course = &courses[zigzag.side as usize];
-                    add(course.clone());
-                    add(course.iter().rev().copied().collect());
-                }
-                let like = self.zigzags[0];
-                (like.position, like.spread, 1)
+        if asked.is_empty() {
+            // The sides asked for come first, and others that answer them look alike.
+            for zigzag in self.zigzags {
+                let course = &courses[zigzag.side as usize];
+                add(course.clone());
+                add(course.iter().rev().copied().collect());
             }
-        };
+        }
+        let &Zigzag { position, spread, edges, .. } = asked.first().copied().unwrap_or(&self.zigzags[0]);
+        let leads = if edges > 0 { 1 } else { -1 };
         for spread in [spread, !spread] {
             for shift in SHIFTS {
                 for leads in [leads, -leads] {
