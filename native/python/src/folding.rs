@@ -7,7 +7,7 @@ use crate::polyhedron::rounds_within;
 use crate::schedule::{self, Schedule};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
-use ::tiling::{FoldError, FoldOptions, Folding, Gluing, SurfaceError, fold};
+use ::tiling::{FoldError, FoldOptions, Gluing, SurfaceError, fold};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::sync::Arc;

@@ -1,6 +1,5 @@
 //! `quadloom.tile_polyhedron` and its result.
 
-use crate::arrays;
 use crate::errors::{self, QuadloomError};
 use crate::mesh::Mesh;
 use crate::patch_edit::Wish;

@@ -220,7 +220,9 @@ pub fn fold(
     let edge = super::regular::mean_edge(&tiles_of(sheet), &sheet.positions);
     let irregularity = regularise(&tiles, &mut positions, options.rounds, monitor)?;
     let scale = edge / super::regular::mean_edge(&tiles, &positions);
-    positions.iter_mut().for_each(|p| *p *= scale);
+    for p in &mut positions {
+        *p *= scale;
+    }
     let mesh = PolygonMesh::from_polygons(positions, &tiles).map_err(SurfaceError::from)?;
     let kinds: Vec<Kind> =
         tiles.iter().map(|tile| if tile.len() == 3 { Kind::Triangle } else { Kind::Square }).collect();

@@ -418,7 +418,9 @@ fn flattened(tile: &[u32], positions: &[DVec3]) -> [DVec3; 4] {
 fn keep(pattern: &mut Pattern, curves: &[Curve], uses: &BTreeMap<[u32; 2], u8>, options: ShapeOptions) {
     let mut on_border = vec![false; pattern.positions.len()];
     for (edge, _) in uses.iter().filter(|(_, uses)| **uses == 1) {
-        edge.iter().for_each(|&v| on_border[v as usize] = true);
+        for &v in edge {
+            on_border[v as usize] = true;
+        }
     }
     for (v, is_border) in on_border.into_iter().enumerate() {
         let along = if is_border { options.borders } else { options.features };

@@ -116,7 +116,9 @@ fn facing_out(tiles: &[Vec<u32>], mut positions: Vec<DVec3>) -> Vec<DVec3> {
         }
     }
     if volume < 0.0 {
-        positions.iter_mut().for_each(|p| p.z = -p.z);
+        for p in &mut positions {
+            p.z = -p.z;
+        }
     }
     positions
 }

@@ -310,7 +310,7 @@ impl Editor<'_> {
             let most = (2.0 * length) as i32 + 4 + extra;
             let [straight, left, right] = match wanted {
                 Some([l, r]) => [(0, most), (now[1] + l, now[1] + l), (now[2] + r, now[2] + r)],
-                None => [(0, most.max(now[0])), (0, now[1] + extra), (0, now[2] + extra)],
+                None => [(0, most.max(now[0])), (0, now[1] + 2 * extra), (0, now[2] + 2 * extra)],
             }
             .map(|(least, most)| programme.variable(least..=most));
             programme.row(&[(straight, 1), (left, 1), (right, 1)], 1..);
@@ -370,17 +370,14 @@ impl Editor<'_> {
         for (corner, direction) in patch.corners.iter().zip(patch.directions()) {
             // A side walked backwards has its left where it has its left when walked forwards: the course is only reversed.
             let units = [0, 1, 11].map(|offset| Point::unit(direction + offset));
-            match variables.get(&corner.side) {
-                Some(of) => {
-                    for (axis, row) in rows.iter_mut().enumerate() {
-                        row.extend((0..3).map(|k| (of[k], units[k].0[axis])));
-                    }
+            if let Some(of) = variables.get(&corner.side) {
+                for (axis, row) in rows.iter_mut().enumerate() {
+                    row.extend((0..3).map(|k| (of[k], units[k].0[axis])));
                 }
-                None => {
-                    let counts = counts_of(&self.paving.courses[corner.side as usize]);
-                    for (unit, count) in units.into_iter().zip(counts) {
-                        fixed = fixed + Point(unit.0.map(|x| x * count));
-                    }
+            } else {
+                let counts = counts_of(&self.paving.courses[corner.side as usize]);
+                for (unit, count) in units.into_iter().zip(counts) {
+                    fixed = fixed + Point(unit.0.map(|x| x * count));
                 }
             }
         }
@@ -469,19 +466,16 @@ impl Editor<'_> {
                 ways.push(course);
             }
         };
-        let (position, spread, leads) = match asked[..] {
-            [zigzag, ..] => (zigzag.position, zigzag.spread, if zigzag.edges > 0 { 1 } else { -1 }),
-            [] => {
-                // The sides asked for come first, and others that answer them look alike.
-                for zigzag in self.zigzags {
-                    let course = &courses[zigzag.side as usize];
-                    add(course.clone());
-                    add(course.iter().rev().copied().collect());
-                }
-                let like = self.zigzags[0];
-                (like.position, like.spread, 1)
+        if asked.is_empty() {
+            // The sides asked for come first, and others that answer them look alike.
+            for zigzag in self.zigzags {
+                let course = &courses[zigzag.side as usize];
+                add(course.clone());
+                add(course.iter().rev().copied().collect());
             }
-        };
+        }
+        let &Zigzag { position, spread, edges, .. } = asked.first().copied().unwrap_or(&self.zigzags[0]);
+        let leads = if edges > 0 { 1 } else { -1 };
         for spread in [spread, !spread] {
             for shift in SHIFTS {
                 for leads in [leads, -leads] {
