@@ -46,26 +46,37 @@ CROSS = {
 }
 
 
-def test_parts_are_divided_until_all_are_flat():
-    design = quadloom.PatchDesign(sheet(cap), target_panels=200)
-    steps = 0
-    while design.defects.any():
-        graph = design.patch_graph
-        assert defects_of(graph) == design.defects.tolist()
-        part = int(np.abs(design.defects).argmax())
-        found = design.partitions(part)
-        scores = [partition.score for partition in found]
-        assert scores == sorted(scores)
-        for partition in found:
-            assert np.abs(partition.defects).max() <= abs(design.defects[part])
-            assert [12 - int((6 - c).sum()) for c in partition.c_indices] == partition.defects.tolist()
-            assert len(partition.curves) >= 1
+def flattened(design: quadloom.PatchDesign, tries: list[int]) -> quadloom.PatchDesign | None:
+    """The design with all parts flat, by the best partitions that lead there."""
+    if not design.defects.any():
+        return design
+    tries[0] += 1
+    if tries[0] > 80:
+        return None
+    graph = design.patch_graph
+    assert graph is None or defects_of(graph) == design.defects.tolist()
+    part = int(np.abs(design.defects).argmax())
+    found = design.partitions(part)
+    scores = [partition.score for partition in found]
+    assert scores == sorted(scores)
+    for partition in found:
+        assert np.abs(partition.defects).max() <= abs(design.defects[part])
+        assert [12 - int((6 - c).sum()) for c in partition.c_indices] == partition.defects.tolist()
+        assert len(partition.curves) >= 1
+    for partition in found[:4]:
         before = len(design.defects)
-        made = design.divided(found[0])
+        made = design.divided(partition)
         assert len(design.defects) == before, "a design does not change"
-        assert made.defects[-len(found[0].defects) :].tolist() == found[0].defects.tolist()
-        design, steps = made, steps + 1
-        assert steps < 20
+        assert made.defects[-len(partition.defects) :].tolist() == partition.defects.tolist()
+        done = flattened(made, tries)
+        if done is not None:
+            return done
+    return None
+
+
+def test_parts_are_divided_until_all_are_flat():
+    design = flattened(quadloom.PatchDesign(sheet(cap), target_panels=200), [0])
+    assert design is not None
     result = design.tile()
     assert euler(result.mesh) == 1
     assert len(result.patch_graph.patch_offsets) - 1 == len(design.defects)
@@ -141,9 +152,10 @@ def test_a_graph_that_was_found_is_the_same_when_it_is_given():
     assert len(graph.patch_offsets) == len(found.patch_offsets)
 
     def corners(graph: quadloom.PatchGraph) -> Counter:
-        # The corners that are none of 180 degrees, by place and c-index.
-        at = np.round(graph.nodes[graph.corner_nodes], 3)
-        return Counter((tuple(p), int(c)) for p, c in zip(at.tolist(), graph.c_indices, strict=True) if c != 6)
+        # The corners that are none of 180 degrees, by the nearest node found and c-index.
+        apart = np.linalg.norm(graph.nodes[graph.corner_nodes][:, None] - found.nodes, axis=2)
+        assert apart.min(axis=1)[graph.c_indices != 6].max() < 0.01
+        return Counter((int(n), int(c)) for n, c in zip(apart.argmin(axis=1), graph.c_indices, strict=True) if c != 6)
 
     assert corners(graph) == corners(found)
     assert euler(given.tile().mesh) == 1
@@ -213,7 +225,7 @@ def test_random_drawings_close_or_are_refused(seed):
         design = quadloom.PatchDesign(dome, 0.2, patch_graph=graph)
         result = design.tile(shaping_rounds=10, flattening_rounds=0)
     except quadloom.InfeasibleError as error:
-        assert error.code.startswith("graph_") or error.code == "no_patches"
+        assert error.code.startswith("graph_") or error.code == "no_lengths"
         return
     assert (design.defects == 0).all()
     assert euler(result.mesh) == 1

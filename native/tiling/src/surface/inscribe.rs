@@ -70,7 +70,7 @@ pub(super) fn inscribe(
         return Err(Undrawn::Far(far));
     }
     let mut node_vertices = Vec::with_capacity(graph.nodes.len());
-    for &p in &graph.nodes {
+    for p in projected.iter().map(|found| found.point) {
         monitor.check()?;
         let vertex = pen.on_line(p).unwrap_or_else(|| pen.insert(p).0);
         node_vertices.push(vertex);
@@ -267,7 +267,7 @@ impl Pen {
     fn draw(&mut self, s: u32, points: &[DVec3], [from, to]: [u32; 2]) -> bool {
         if from == to && points.len() > 2 {
             let (first, second) = (&points[..=points.len() / 2], &points[points.len() / 2..]);
-            let middle = self.on_line(second[0]).unwrap_or_else(|| self.insert(second[0]).0);
+            let middle = self.on_line(self.closest.project(second[0]).point).unwrap_or_else(|| self.insert(second[0]).0);
             return middle == from || (self.draw(s, first, [from, middle]) && self.draw(s, second, [middle, to]));
         }
         let near = ON_LINE * self.edge_length;
