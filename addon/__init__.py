@@ -3,11 +3,22 @@ triangles and squares.
 
 Layers: operators -> jobs, bridge, native and what lies between; panels name operators by their bl_idname only; native.py
 alone imports the wheel. What touches bpy runs on the main thread. attributes.py, features.py, layouts.py, outline.py,
-patterns.py, symmetry.py and native.py touch no bpy: they run on a job's thread too.
+patch_graphs.py, patterns.py, symmetry.py, tilings.py and native.py touch no bpy: they run on a job's thread too.
 """
 
 from . import command, jobs, properties
-from .operators import boolean, export_panels, retopologize, select_defects, tile_curve, tile_surface
+from .operators import (
+    boolean,
+    design_patches,
+    edit_patches,
+    export_panels,
+    mark_corners,
+    retopologize,
+    select_defects,
+    tile_curve,
+    tile_polyhedron,
+    tile_surface,
+)
 from .panels import main
 from .panels import retopologize as retopologize_panel
 from .panels import tile_curve as tile_curve_panel
@@ -21,6 +32,10 @@ modules = (
     select_defects,
     tile_curve,
     tile_surface,
+    design_patches,
+    edit_patches,
+    mark_corners,
+    tile_polyhedron,
     export_panels,
     main,
     retopologize_panel,

@@ -74,6 +74,9 @@ def main(arguments: list[str]) -> int:
     size.add_argument("--panel-count", type=int, default=1000, metavar="COUNT", help="about how many panels")
     size.add_argument("--panel-size", type=float, help="length of their edges instead, scene units")
     tile_surface.add_argument("--partition", choices=["even", "patches"], default="even", help="how the surface is divided")
+    tile_surface.add_argument(
+        "--patch-graph", metavar="FILE", help="FILE.obj or FILE.blend:OBJECT, whose edges are the sides of the patches"
+    )
     tile_surface.add_argument("--pattern", choices=["regular", "random"], default="regular")
     tile_surface.add_argument("--seed", type=int, default=0)
     tile_surface.add_argument("--no-detect", dest="detect", action="store_false", help="do not follow sharp edges")
@@ -126,6 +129,8 @@ def main(arguments: list[str]) -> int:
             options |= {source: source in given.features for source in SOURCES}
             if given.panel_size is not None:
                 options |= {"size_by": "edge_length", "panel_size": given.panel_size}
+            if given.patch_graph is not None:
+                options["patch_graph"] = _load(given.patch_graph).name
             _select([_load(given.mesh)])
             bpy.ops.quadloom.tile_surface(hide_input=True, **options)
         elif given.verb == "export-panels":

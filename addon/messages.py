@@ -11,6 +11,7 @@ from bpy.app.translations import pgettext_rpt as translated
 from . import bridge
 from .attributes import Snapshot
 from .native import NativeError
+from .patch_graphs import Drawn
 
 
 def sentence(error: NativeError, names: Sequence[str]) -> str:
@@ -52,6 +53,20 @@ def shown(context: bpy.types.Context, error: NativeError, name: str, snapshot: S
     obj = bpy.data.objects.get(name)
     where = select_elements(context, error, [obj], [snapshot]) if obj is not None else ""
     return f"{text} ({where})" if where else text
+
+
+def shown_on_graph(context: bpy.types.Context, error: NativeError, patches: bpy.types.Object, drawn: Drawn) -> str:
+    """The sentence about a patch graph, with nodes and sides selected on its object."""
+    text = sentence(error, (patches.name,))
+    snapshot = bridge.read_base(patches)
+    elements = drawn.elements(error.graph, snapshot.edges)
+    context.view_layer.objects.active = patches
+    if len(drawn.side_of_edge) != len(snapshot.edges):
+        where = translated("“{name}” has modifiers that change its topology: apply them to see where").format(name=patches.name)
+    else:
+        counts = count_text(bridge.select(context, patches, elements))
+        where = translated("selected on “{name}”: {counts}").format(name=patches.name, counts=counts)
+    return f"{text} ({where})"
 
 
 def count_text(counts: dict[str, int]) -> str:

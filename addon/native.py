@@ -28,6 +28,8 @@ class NativeError(Exception):
         self.code: str = error.code
         self.elements: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
         """For A and for B, or for the only mesh and nothing: kind of element ("verts", "edges", "faces") -> index array."""
+        self.graph: dict[str, Any] = {k: index for k, index in error.elements.items() if k in ("nodes", "sides", "patches")}
+        """Nodes, sides and patches of a patch graph."""
         if error.mesh is not None:
             self.elements[error.mesh].update(error.elements)
             return
@@ -82,14 +84,57 @@ def tile_surface(mesh: Snapshot, feature_edges: Array, *, progress: Progress | N
     return _call(lambda: quadloom.tile_surface(_mesh(mesh), feature_edges=feature_edges, progress=progress, **options))
 
 
+def patch_design(
+    mesh: Snapshot, feature_edges: Array, *, graph: dict[str, Array] | None = None, progress: Progress | None, **options: Any
+) -> Any:
+    """A `quadloom.PatchDesign` of a snapshot, begun with a graph if one is given; raises NativeError or Cancelled."""
+
+    def call() -> Any:
+        drawn = graph and quadloom.PatchGraph(**graph)
+        return quadloom.PatchDesign(_mesh(mesh), feature_edges=feature_edges, patch_graph=drawn, progress=progress, **options)
+
+    return _call(call)
+
+
+def partitions(design: Any, part: int, *, progress: Progress | None) -> list[Any]:
+    """The admissible partitions of a part of a design, best first."""
+    return list(_call(lambda: design.partitions(part, progress=progress)))
+
+
+def divided(design: Any, partition: Any) -> Any:
+    """The design with a part divided."""
+    return _call(lambda: design.divided(partition))
+
+
+def tile_design(design: Any, *, progress: Progress | None, **options: Any) -> Any:
+    """The panels of a design; raises NativeError or Cancelled."""
+    return _call(lambda: design.tile(progress=progress, **options))
+
+
+def zigzag(result: Any, *, progress: Progress | None, **options: Any) -> Any:
+    """The panels with a zigzag on a side, or on the sides of a patch; raises NativeError or Cancelled."""
+    edit = result.zigzag_patch if "patch" in options else result.zigzag
+    return _call(lambda: edit(progress=progress, **options))
+
+
+def tile_polyhedron(mesh: Snapshot, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.tile_polyhedron` of a snapshot; raises NativeError or Cancelled."""
+    return _call(lambda: quadloom.tile_polyhedron(_mesh(mesh), progress=progress, **options))
+
+
+def fold_tiling(mesh: Snapshot, *, progress: Progress | None, **options: Any) -> Any:
+    """`quadloom.fold_tiling` of a snapshot; raises NativeError or Cancelled."""
+    return _call(lambda: quadloom.fold_tiling(_mesh(mesh), progress=progress, **options))
+
+
 def panel_schedule(mesh: Snapshot, *, progress: Progress | None, **options: Any) -> Any:
     """`quadloom.panel_schedule` of a snapshot; raises NativeError or Cancelled."""
     return _call(lambda: quadloom.panel_schedule(_mesh(mesh), progress=progress, **options))
 
 
-def unrolled(schedule: Any, kind: str, **options: Any) -> str:
-    """The panels of a schedule laid flat, as an "svg" or "dxf" drawing; raises NativeError."""
-    return str(_call(lambda: schedule.unrolled(kind, **options)))
+def unrolled(schedule: Any, kind: str, *, progress: Progress | None, **options: Any) -> str:
+    """The panels of a schedule laid flat, as an "svg" or "dxf" drawing; raises NativeError or Cancelled."""
+    return str(_call(lambda: schedule.unrolled(kind, progress=progress, **options)))
 
 
 def check(mesh: Snapshot) -> Any:

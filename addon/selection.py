@@ -7,7 +7,7 @@ from collections.abc import Callable
 import bpy
 from bpy.app.translations import pgettext_rpt as translated
 
-from . import native
+from . import native, tiling_objects
 
 WhyNot = Callable[[bpy.types.Context], str | None]
 """Why a tool cannot start, or None."""
@@ -48,6 +48,37 @@ def why_no_surface(context: bpy.types.Context) -> str | None:
     """Why the active object has no surface to work on, or None."""
     reason = _why_no_active(context, {"MESH"}, translated("The active object is not a mesh"))
     return reason or _why_no_faces(context.active_object)
+
+
+def why_no_tiling(context: bpy.types.Context) -> str | None:
+    """Why the active object has no surface to tile, or None. Patches have none of their own: their source has."""
+    if context.active_object is not None and tiling_objects.subject(context.active_object).patches is not None:
+        return _why_no_active(context, {"MESH"}, "")
+    return why_no_surface(context)
+
+
+def why_no_patches(context: bpy.types.Context) -> str | None:
+    """Why the active object has no patches to work on, or None."""
+    reason = _why_no_active(context, {"MESH"}, translated("The active object is not a mesh"))
+    if reason is not None:
+        return reason
+    active = context.active_object
+    if not tiling_objects.is_patches(active):
+        return translated("“{name}” shows no patches: begin a design, or tile with Show Patch Graph").format(name=active.name)
+    if tiling_objects.subject(active).patches is None:
+        return translated("The surface of “{name}” is not in this scene").format(name=active.name)
+    return None
+
+
+def why_no_design(context: bpy.types.Context) -> str | None:
+    """Why the active object has no design of patches that can be gone on with, or None."""
+    reason = why_no_patches(context)
+    if reason is not None:
+        return reason
+    active = context.active_object
+    if "design" not in tiling_objects.state(active):
+        return translated("“{name}” was not made by Design Patches: move its nodes and edges instead").format(name=active.name)
+    return None
 
 
 def _why_no_active(context: bpy.types.Context, types: set[str], otherwise: str) -> str | None:

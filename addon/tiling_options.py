@@ -2,7 +2,7 @@
 
 import math
 
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
 from .feature_options import FeatureOptions
 
@@ -105,7 +105,64 @@ class TypeOptions:
     )
 
 
-class TileSurfaceOptions(FeatureOptions, TypeOptions):
+class ShapeOptions:
+    """What the last rounds of shaping aim at besides regularity, a mixin."""
+
+    planarity: FloatProperty(
+        name="Flat Quads",
+        description="How strongly those rounds make quads flat, against regular panels",
+        default=0.0,
+        min=0.0,
+        max=1000.0,
+        soft_max=100.0,
+    )
+    fairness: FloatProperty(
+        name="Fairness",
+        description="How strongly those rounds keep the curvature that the panels had on the surface, against wiggles",
+        default=0.0,
+        min=0.0,
+        max=1000.0,
+        soft_max=100.0,
+    )
+    uniformity: FloatProperty(
+        name="Uniformity",
+        description="How strongly all rounds give all edges one length, and all diagonals one",
+        default=0.0,
+        min=0.0,
+        max=1000.0,
+        soft_max=100.0,
+    )
+    borders: EnumProperty(
+        name="Borders",
+        description="What nodes on open borders do",
+        items=[("slide", "Slide", "Move along the border"), ("keep", "Keep", "Stay at equal steps along the border")],
+        default="slide",
+    )
+    features: EnumProperty(
+        name="Followed Edges",
+        description="What nodes on followed edges do",
+        items=[("slide", "Slide", "Move along the edges"), ("keep", "Keep", "Stay at equal steps along the edges")],
+        default="slide",
+    )
+
+
+class ColorOptions:
+    """What materials of panels show, a mixin."""
+
+    color_by: EnumProperty(
+        name="Colour By",
+        description="What the materials of the panels show",
+        items=[
+            ("kind", "Kind", "Triangles and squares"),
+            ("type", "Panel Type", "One material a type; rare types share one"),
+            ("planarity", "Planarity", "How far corners are off the plane of their panel, over the mean diagonal"),
+            ("area", "Area", "From the smallest to the largest panel"),
+        ],
+        default="kind",
+    )
+
+
+class TileSurfaceOptions(FeatureOptions, ShapeOptions, ColorOptions, TypeOptions):
     """Options of `quadloom.tile_surface`, a mixin."""
 
     size_by: EnumProperty(
@@ -145,8 +202,21 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
         ],
         default="even",
     )
+    patch_graph: StringProperty(
+        name="Patch Graph",
+        description="Mesh object whose edges are the sides of the patches, drawn near the surface. Without one, patches are "
+        "found; with the patches of a surface active, those are taken",
+        default="",
+    )
+    corners: BoolProperty(
+        name="Marked Corners",
+        description="Vertices marked as corners of patches have the angles marked there, on borders and followed edges",
+        default=True,
+    )
     show_patches: BoolProperty(
-        name="Patch Graph", description="Add the borders of the patches as another object", default=False
+        name="Show Patch Graph",
+        description="Add the borders of the patches as another object. Move its nodes or redraw its edges, then tile with it",
+        default=False,
     )
     pattern: EnumProperty(
         name="Pattern",
@@ -211,26 +281,26 @@ class TileSurfaceOptions(FeatureOptions, TypeOptions):
         soft_min=0.05,
         soft_max=20.0,
     )
-    color_by: EnumProperty(
-        name="Colour By",
-        description="What the materials of the panels show",
-        items=[
-            ("kind", "Kind", "Triangles and squares"),
-            ("type", "Panel Type", "One material a type; rare types share one"),
-            ("planarity", "Planarity", "How far corners are off the plane of their panel, over the mean diagonal"),
-            ("area", "Area", "From the smallest to the largest panel"),
-        ],
-        default="kind",
+    again: BoolProperty(
+        name="Tile the Source Again",
+        description="With panels or patches active, tile the surface that they were made from. Without this the panels "
+        "themselves are tiled",
+        default=True,
     )
     hide_input: BoolProperty(
         name="Hide Input",
-        description="Hide the object in the viewport and in renders. It is never altered",
+        description="Hide the object in the viewport and in renders, and the panels before. None of them is altered",
         default=True,
     )
 
 
+SURFACE_OPTIONS = (
+    *FeatureOptions.__annotations__, "size_by", "panel_count", "panel_size", "detect", "detect_angle", "corner_angle", "corners"
+)  # fmt: skip
+"""Those that say what is divided into patches; the others say how it is tiled."""
 TILE_SURFACE_OPTIONS = (
-    *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *TypeOptions.__annotations__
+    *FeatureOptions.__annotations__, *TileSurfaceOptions.__annotations__, *ShapeOptions.__annotations__,
+    *ColorOptions.__annotations__, *TypeOptions.__annotations__,
 )  # fmt: skip
 
 
@@ -238,11 +308,13 @@ def tile_surface_uses(options: TileSurfaceOptions, name: str) -> bool:
     """Whether an option has a say."""
     if name in {"panel_count", "panel_size"}:
         return options.size_by == ("count" if name == "panel_count" else "edge_length")
-    if name == "show_patches":
-        return options.partition == "patches"
+    if name in {"show_patches", "corners"}:
+        return options.partition == "patches" or options.patch_graph != ""
+    if name == "partition":
+        return options.patch_graph == ""
     if name in {"seed", "patch_panels"}:
         return options.pattern == "random" and (name == "seed" or options.partition == "even")
-    if name == "closeness":
+    if name in {"closeness", "planarity", "fairness"}:
         return options.flattening_rounds > 0
     return name != "detect_angle" or options.detect
 

@@ -4,6 +4,7 @@ Workbench draws no overlay wires in a render, so each picture has a copy of the 
 """
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -138,6 +139,31 @@ class Studio:
             bpy.data.meshes.remove(data)
         for obj, hidden in was_hidden.items():
             obj.hide_render = hidden
+
+
+def sheet(paths: Sequence[Path], path: Path, columns: int) -> None:
+    """One picture of many of one size, each at half its size, in rows."""
+    tiles = []
+    for each in paths:
+        image = bpy.data.images.load(str(each))
+        width, height = image.size
+        pixels = np.empty(4 * width * height, np.float32)
+        image.pixels.foreach_get(pixels)
+        bpy.data.images.remove(image)
+        pixels = pixels.reshape(height, width, 4)[: height // 2 * 2, : width // 2 * 2]
+        tiles.append(pixels.reshape(height // 2, 2, width // 2, 2, 4).mean(axis=(1, 3)))
+    height, width = tiles[0].shape[:2]
+    rows = -(-len(tiles) // columns)
+    whole = np.ones((rows * height, columns * width, 4), np.float32)
+    for k, tile in enumerate(tiles):
+        # Rows of pixels run upwards.
+        row, column = rows - 1 - k // columns, k % columns
+        whole[row * height : (row + 1) * height, column * width : (column + 1) * width] = tile
+    image = bpy.data.images.new("sheet", columns * width, rows * height)
+    image.pixels.foreach_set(whole.ravel())
+    image.filepath_raw, image.file_format = str(path), "PNG"
+    image.save()
+    bpy.data.images.remove(image)
 
 
 def _wire(obj: bpy.types.Object, width: float) -> bpy.types.Object:

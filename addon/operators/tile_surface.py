@@ -2,72 +2,63 @@
 
 from __future__ import annotations
 
-import json
-import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import bpy
-import numpy as np
 from bpy.app.translations import pgettext_rpt as translated
 from bpy.props import StringProperty
-from mathutils import Matrix
 
-from .. import attributes, bridge, features, materials, messages, native, selection
-from ..attributes import Array, Attribute, Snapshot
+from .. import bridge, messages, native, patch_graphs, selection, tiling_objects, tilings
+from ..attributes import Array, Snapshot
 from ..jobs import JobOperator
-from ..tiling_options import TILE_SURFACE_OPTIONS, TileSurfaceOptions, tile_surface_uses
-
-KIND, TYPE, PLANARITY, AREA, EDGE_CLASS = "tile_kind", "panel_type", "panel_planarity", "panel_area", "edge_class"
-DEFECT = "angle_defect"
-WHEEL_OPTIONS = (
-    "partition", "pattern", "seed", "patch_panels", "corner_angle", "shaping_rounds", "flattening_rounds", "closeness", "mirror"
-)  # fmt: skip
+from ..tiling_options import SURFACE_OPTIONS, TILE_SURFACE_OPTIONS, TileSurfaceOptions, tile_surface_uses
 
 
 @dataclass(frozen=True)
 class Task:
     """What one run works on, read from Blender before it starts."""
 
-    name: str
+    source: str
+    patches: str
+    """The object of the patches, or none."""
+    panels: str
+    """The panels whose source is tiled again, or none."""
     mesh: Snapshot
-    """In the object's own space."""
-    shape: Array
-    """(4,4): what the object's transform does to its shape."""
+    """The source's own, for errors."""
     place: Array
-    """(4,4): where it then puts it, without scale."""
-    sources: tuple[str, ...]
-    options: dict[str, Any]
+    recipe: tilings.Recipe
+    drawn: patch_graphs.Drawn | None
+    """The patches as they are drawn, if they are taken so."""
+    stored: dict[str, Any]
 
     def run(self, progress: native.Progress | None) -> Outcome:
         """The panels, measured in the world. Touches no bpy."""
-        edges = features.feature_edges(self.mesh, self.sources)
-        result = native.tile_surface(self.mesh.transformed(self.shape), edges, progress=progress, **self.options)
+        result = tilings.tile(self.recipe, progress)
         graph = result.patch_graph
-        return Outcome(_snapshot(result), result.panels, graph and _patch_graph(graph), len(edges), result.report)
+        return Outcome(result, graph and patch_graphs.snapshot(graph), len(self.recipe.surface.edges()))
 
 
 @dataclass(frozen=True)
 class Outcome:
     """What a run made."""
 
-    mesh: Snapshot
-    schedule: Any
+    result: Any
     patches: Snapshot | None
     """Borders of the patches as chains of edges, if there are patches."""
     marked: int
     """Edges that were followed because they are marked."""
-    report: dict[str, Any]
 
 
 class QUADLOOM_OT_tile_surface(TileSurfaceOptions, JobOperator, bpy.types.Operator):
     """Cover the active object's surface with panels of one size, triangles and squares, measured and sorted into types.
-    Modifiers are included; the object itself is not altered"""
+    Modifiers are included; the object itself is not altered. With panels active, their source is tiled again; with patches
+    active, it is tiled with these"""
 
     bl_idname = "quadloom.tile_surface"
     bl_label = "Tile Surface"
     bl_options: ClassVar = {"REGISTER", "UNDO"}
-    why_not: ClassVar = staticmethod(selection.why_no_surface)
+    why_not: ClassVar = staticmethod(selection.why_no_tiling)
 
     summary: StringProperty(name="Summary", description="What the last run made", options={"HIDDEN", "SKIP_SAVE"}, default="")
 
@@ -78,151 +69,101 @@ class QUADLOOM_OT_tile_surface(TileSurfaceOptions, JobOperator, bpy.types.Operat
         for line in self.summary.splitlines():
             layout.label(text=line)
         for name in TILE_SURFACE_OPTIONS:
-            if name not in {"panel_count", "panel_size"} or tile_surface_uses(self, name):
-                row = layout.row()
-                row.enabled = tile_surface_uses(self, name)
+            if name in {"panel_count", "panel_size"} and not tile_surface_uses(self, name):
+                continue
+            row = layout.row()
+            row.enabled = tile_surface_uses(self, name)
+            if name == "patch_graph":
+                row.prop_search(self, name, context.scene, "objects")
+            else:
                 row.prop(self, name)
 
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> set[str]:
         """Puts the panels into the scene."""
-        source = bpy.data.objects.get(self._task.name)
+        task = self._task
+        source = bpy.data.objects.get(task.source)
         if source is None:
             self.report({"ERROR"}, translated("The object was removed while it was tiled"))
             return {"CANCELLED"}
         if context.mode != "OBJECT":
             bpy.ops.object.mode_set(mode="OBJECT")
-        lines = summary(outcome.report)
+        report = outcome.result.report
+        lines = tiling_objects.summary(report)
         self.summary = "\n".join(lines)
-        self._add_result(context, source, outcome)
-        for warning in outcome.report["warnings"]:
+        patches = self._show_patches(context, source, outcome)
+        stored = {**task.stored, "report": {"marked_edges": outcome.marked}}
+        made = tiling_objects.show_panels(context, source, None, outcome.result, task.place, stored, patches)
+        hidden = [source, bpy.data.objects.get(task.panels)] if self.hide_input else []
+        bridge.present(context, made, [obj for obj in hidden if obj is not None])
+        for warning in report["warnings"]:
             self.report({"WARNING"}, translated(warning))
         self.report({"INFO"}, "; ".join(lines))
         return {"FINISHED"}
 
     def fail(self, context: bpy.types.Context, error: Exception) -> set[str]:
-        """Says what is wrong and selects it. What is not the wheel's error is a bug and is raised."""
+        """Says what is wrong and selects it, on surface or patches. What is not the wheel's error is a bug and is raised."""
         if not isinstance(error, native.NativeError):
             raise error
-        self.report({"ERROR"}, messages.shown(context, error, self._task.name, self._task.mesh))
+        task = self._task
+        patches = bpy.data.objects.get(task.patches)
+        if patches is not None and task.drawn is not None and any(len(index) for index in error.graph.values()):
+            self.report({"ERROR"}, messages.shown_on_graph(context, error, patches, task.drawn))
+        else:
+            self.report({"ERROR"}, messages.shown(context, error, task.source, task.mesh))
         return {"CANCELLED"}
 
     def _prepare(self, context: bpy.types.Context) -> bool:
-        """Reads the object into a task; reports and returns False when it cannot be worked on."""
-        obj = context.active_object
-        depsgraph = context.evaluated_depsgraph_get()
-        to_world = bridge.world_matrix(obj, depsgraph)
-        if not np.isfinite(to_world).all() or abs(np.linalg.det(to_world[:3, :3])) < 1e-30:
-            self.report({"ERROR"}, translated("“{name}” has a scale of zero: scale it up first").format(name=obj.name))
+        """Reads the objects into a task; reports and returns False when they cannot be worked on."""
+        subject = tiling_objects.subject(context.active_object, again=self.again)
+        patches = subject.patches
+        if self.patch_graph:
+            patches = context.scene.objects.get(self.patch_graph)
+            if patches is None or patches.type != "MESH" or patches == subject.source:
+                text = translated("“{name}” is no mesh of patches: choose another object with edges, or none")
+                self.report({"ERROR"}, text.format(name=self.patch_graph))
+                return False
+        options = tiling_objects.settings(self)
+        try:
+            choices = self._chosen(patches, options)
+            surface, mesh, place = tiling_objects.surface(context, subject.source, options)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
             return False
-        options = {name: getattr(self, name) for name in WHEEL_OPTIONS}
-        options["feature_angle"] = self.detect_angle if self.detect else math.pi
-        options["type_tolerance"] = self.type_tolerance or None
-        if self.size_by == "count":
-            options["target_panels"] = self.panel_count
-        else:
-            options["edge_length"] = self.panel_size
-        shape, place = _shape_and_place(to_world)
-        sources = tuple(source for source in features.SOURCES if getattr(self, source))
-        self._task = Task(obj.name, bridge.read(obj, depsgraph), shape, place, sources, options)
+        drawn = tiling_objects.drawn(context, patches, place) if patches is not None and choices is None else None
+        partition = self.partition if patches is None else "design" if choices is not None else "drawn"
+        recipe = tilings.Recipe(
+            surface, partition, tiling_objects.panel_options(options), choices or (), drawn and drawn.arrays()
+        )
+        stored = {"settings": options, "partition": partition, "choices": recipe.choices}
+        stored["graph"] = patch_graphs.to_text(recipe.graph)
+        names = [obj.name if obj is not None else "" for obj in (patches, subject.panels)]
+        self._task = Task(subject.source.name, *names, mesh, place, recipe, drawn, stored)
         return True
 
-    def _add_result(self, context: bpy.types.Context, source: bpy.types.Object, outcome: Outcome) -> None:
-        name = translated("{name} Panels").format(name=source.name)
-        mesh = bridge.write(name, _colored(outcome, self.color_by))
-        made = bpy.data.objects.new(name, mesh)
-        made.matrix_world = Matrix(self._task.place.tolist())
-        report = {**outcome.report, "marked_edges": outcome.marked, "summary": summary(outcome.report)}
-        made["quadloom_report"] = json.dumps(report)
-        context.collection.objects.link(made)
-        if self.show_patches and outcome.patches is not None:
-            name = translated("{name} Patches").format(name=source.name)
-            graph = bpy.data.objects.new(name, bridge.write(name, outcome.patches))
-            graph.matrix_world = made.matrix_world
-            context.collection.objects.link(graph)
-        bridge.present(context, made, [source] if self.hide_input else [])
+    def _chosen(self, patches: bpy.types.Object | None, options: dict[str, Any]) -> tuple[tilings.Choice, ...] | None:
+        """The choices that made these patches, where they still say what the patches are."""
+        design = tiling_objects.state(patches).get("design") if patches is not None else None
+        if design is None or not tiling_objects.is_untouched(patches):
+            return None
+        if any(design["defects"]):
+            # Only the design itself can go on dividing, and its parts are those of its own size.
+            options.update(design["settings"])
+        elif tiling_objects.settings(self, SURFACE_OPTIONS) != design["settings"]:
+            return None
+        return tuple((part, choice) for part, choice in design["choices"])
 
-
-def summary(report: dict[str, Any]) -> list[str]:
-    """What was made, in short lines."""
-    counts = translated("{triangles:,} triangles, {quads:,} quads of {types:,} types").format(**report)
-    text = translated("Edges {edge_length_mean:.4g} long, varying by {edge_length_spread:.1%}; planarity {planarity_mean:.2%}")
-    return [counts, text.format(**report)]
-
-
-def _snapshot(result: Any) -> Snapshot:
-    """The panels as a mesh with what was measured as attributes."""
-    schedule, mesh = result.panels, result.mesh
-
-    def column(values: Array, dtype: type) -> Array:
-        return values.astype(dtype)[:, None]
-
-    return Snapshot(
-        positions=mesh.positions,
-        edges=schedule.edges,
-        face_offsets=mesh.face_offsets,
-        corner_verts=mesh.corner_verts,
-        attributes={
-            KIND: Attribute("FACE", "INT", column(np.diff(mesh.face_offsets) - 3, np.int32)),
-            TYPE: Attribute("FACE", "INT", column(schedule.types, np.int32)),
-            PLANARITY: Attribute("FACE", "FLOAT", column(schedule.planarity, np.float32)),
-            AREA: Attribute("FACE", "FLOAT", column(schedule.area, np.float32)),
-            EDGE_CLASS: Attribute("EDGE", "INT", column(schedule.edge_classes, np.int32)),
-        },
-    )
-
-
-def _patch_graph(graph: Any) -> Snapshot:
-    """The sides of the patches as chains of edges; each node knows its curvature."""
-    offsets, ends = graph.side_offsets, graph.side_nodes
-    node_count, sizes = len(graph.nodes), np.diff(graph.side_offsets)
-    # Nodes come first; of each side only the points between its ends are vertices of their own.
-    is_end = np.zeros(len(graph.side_points), bool)
-    is_end[offsets[:-1]] = is_end[offsets[1:] - 1] = True
-    index = np.empty(len(is_end), np.int32)
-    index[~is_end] = node_count + np.arange(np.count_nonzero(~is_end))
-    index[offsets[:-1]], index[offsets[1:] - 1] = ends[:, 0], ends[:, 1]
-    begins = np.ones(len(index), bool)
-    begins[np.cumsum(sizes) - 1] = False
-    begins = np.flatnonzero(begins)
-    positions = np.concatenate([graph.nodes, graph.side_points[~is_end]])
-    defects = np.zeros(len(positions), np.int32)
-    defects[:node_count] = graph.defects
-    return Snapshot(
-        positions=positions,
-        edges=np.stack([index[begins], index[begins + 1]], axis=1).astype(np.int32),
-        face_offsets=np.zeros(1, np.int32),
-        corner_verts=np.zeros(0, np.int32),
-        attributes={DEFECT: Attribute("POINT", "INT", defects[:, None])},
-    )
-
-
-def _colored(outcome: Outcome, color_by: str) -> Snapshot:
-    """The panels with materials."""
-    mesh, schedule = outcome.mesh, outcome.schedule
-    if color_by == "type":
-        palette, chosen = materials.by_type(schedule.types, schedule.type_names, schedule.type_counts)
-    elif color_by == "planarity":
-        palette, chosen = materials.by_planarity(schedule.planarity)
-    elif color_by == "area":
-        palette, chosen = materials.by_area(schedule.area)
-    else:
-        palette, chosen = list(materials.KINDS[:2]), mesh.attributes[KIND].values[:, 0]
-    mesh.attributes[attributes.MATERIAL] = Attribute("FACE", "INT", chosen.astype(np.int32)[:, None])
-    mesh.materials.extend(materials.named(*each) for each in palette)
-    return mesh
-
-
-def _shape_and_place(to_world: Array) -> tuple[Array, Array]:
-    """A (4,4) transform as what it does to shapes, mirroring and scale among it, and the rigid motion that follows.
-
-    The polar decomposition: panels that are even in the world have to be made in the shape the world sees."""
-    squared, axes = np.linalg.eigh(to_world[:3, :3].T @ to_world[:3, :3])
-    shape, place = np.eye(4), to_world.copy()
-    shape[:3, :3] = axes @ np.diag(np.sqrt(squared)) @ axes.T
-    if np.linalg.det(to_world[:3, :3]) < 0:
-        shape[0] *= -1
-    place[:3, :3] = to_world[:3, :3] @ np.linalg.inv(shape[:3, :3])
-    return shape, place
+    def _show_patches(self, context: bpy.types.Context, source: bpy.types.Object, outcome: Outcome) -> bpy.types.Object | None:
+        """The patches as they lie on the surface: those of a surface with their object, others with a new one if asked for."""
+        patches = bpy.data.objects.get(self._task.patches)
+        own = patches if tiling_objects.is_patches(patches) else None
+        if outcome.patches is None or (own is None and not self.show_patches):
+            return own
+        stored = tiling_objects.state(own) if own is not None else {}
+        design = stored.get("design")
+        if design is not None and self._task.recipe.partition == "design" and not any(design["defects"]):
+            return own
+        stored.pop("design", None)
+        return tiling_objects.show_patches(context, source, own, outcome.patches, self._task.place, stored)
 
 
 def register() -> None:
@@ -231,5 +172,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Removes the operator."""
+    """Removes the operator and what was kept."""
+    tilings.forget()
     bpy.utils.unregister_class(QUADLOOM_OT_tile_surface)

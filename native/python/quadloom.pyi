@@ -16,11 +16,15 @@ __all__ = [
     "CornerSources",
     "Defects",
     "Fit",
+    "FoldResult",
     "InfeasibleError",
     "InternalError",
     "InvalidMeshError",
     "Mesh",
+    "PatchDesign",
     "PatchGraph",
+    "PatchPartition",
+    "PolyhedronResult",
     "QuadloomError",
     "RetopologyResult",
     "RetopologySession",
@@ -37,10 +41,12 @@ __all__ = [
     "explain_boundary",
     "find_tiling",
     "fit_boundary",
+    "fold_tiling",
     "panel_schedule",
     "repair_boundary",
     "retopologize",
     "template_catalogue",
+    "tile_polyhedron",
     "tile_surface",
     "tilings",
 ]
@@ -61,8 +67,8 @@ class QuadloomError(Exception):
     mesh: int | None
     """0 or 1, the input the elements belong to; None when there is one input, or when both are concerned."""
     elements: dict[str, _Indices]
-    """Index arrays by kind: "verts", "faces" and "corners" (N,), "edges" (N, 2) vertex pairs; "features" and
-    "feature_verts" are positions in what was given under those names. When both inputs are concerned the kinds begin
+    """Index arrays by kind: "verts", "faces" and "corners" (N,), "edges" (N, 2) vertex pairs; "sides" and "patches" are those
+    of a patch graph; "features" and "feature_verts" are positions in what was given under those names. When both inputs are concerned the kinds begin
     with "a_" or "b_"."""
 
 class InvalidMeshError(QuadloomError):
@@ -747,11 +753,60 @@ class SurfaceResult:
     @property
     def report(self) -> dict[str, Any]:
         """What was done: counts, quality, seconds a stage, warnings."""
+    def zigzag(
+        self,
+        side: int,
+        edges: int = 1,
+        *,
+        pair: bool = False,
+        spread: bool = False,
+        position: float = 0.5,
+        progress: _Progress | None = None,
+    ) -> SurfaceResult:
+        """The same surface with a zigzag on a side of its patch graph: edges that leave the side's direction by 30 degrees.
+        Other sides change as little and as near as may be; only patches beside sides that changed get other panels, and sides
+        and patches keep their indices: report["edited_sides"], report["edited_patches"]. This result stays as it is.
+
+        side: index of a side of `patch_graph`.
+        edges: how many turn, 1 to 100, to the left as the side runs; to the right when negative.
+        pair: as many then turn to the other side, so that the side runs on in its direction.
+        spread: they lie apart along the side instead of one after the other: a more fractured pattern.
+        position: where along the side the middle is wished for, 0 to 1; elsewhere where only that has panels.
+        progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+        Raises InfeasibleError with the code "no_patches", "zigzag_open" (nothing closes) or "zigzag_untileable" (the patches in
+        its elements have no panels then); QuadloomError when an option is out of range; Cancelled."""
+    def zigzag_patch(
+        self,
+        patch: int,
+        edges: int = 1,
+        *,
+        first: int = 0,
+        pair: bool = False,
+        spread: bool = False,
+        position: float = 0.5,
+        progress: _Progress | None = None,
+    ) -> SurfaceResult:
+        """The same surface with zigzags on all three sides of a patch (a triple), or on two opposite sides of one of four (a
+        pair): the side that leaves its corner `first`, counting corners that are not straight, and the one opposite. Sides as
+        they run round the patch counter-clockwise; else as `zigzag`; "patch_sides" when it has more sides."""
 
 @final
 class PatchGraph:
     """The patches that a surface was divided into: disks that can be laid flat, with corners at multiples of 30 degrees."""
 
+    def __new__(
+        cls,
+        nodes: ArrayLike,
+        side_nodes: ArrayLike,
+        side_offsets: ArrayLike | None = None,
+        side_points: ArrayLike | None = None,
+        *,
+        side_c_indices: ArrayLike | None = None,
+    ) -> PatchGraph:
+        """A graph for `PatchDesign`: nodes (N, 3) and sides (S, 2) between them, straight, or along the points (P, 3) of
+        side_points, those of side s from side_offsets[s] to side_offsets[s + 1], both ends included, near a surface.
+        side_c_indices: as the attribute; None where nothing is known. It has no patches yet: the design finds them."""
     @property
     def nodes(self) -> _Floats:
         """(N, 3) where sides end, scene units."""
@@ -779,6 +834,104 @@ class PatchGraph:
     @property
     def corner_sides(self) -> _Indices:
         """(C,) the side that leaves each corner."""
+    @property
+    def side_c_indices(self) -> _Indices:
+        """(S, 2) the c-index where each side begins, in the patch on its left, and where it ends, in the patch on its right; 0
+        where there is no patch, or it is not known."""
+    @property
+    def face_patches(self) -> _Indices:
+        """(F,) the patch of each panel. This and what follows is empty with pattern="random", whose panels lie across sides."""
+    @property
+    def side_vert_offsets(self) -> _Indices:
+        """(S + 1,) where the vertices of each side begin in `side_verts`, and their number."""
+    @property
+    def side_verts(self) -> _Indices:
+        """(K,) the vertices of the panels along each side as it runs, both ends included; vertex n is node n."""
+    @property
+    def course_offsets(self) -> _Indices:
+        """(S + 1,) where the edges of each side begin in `side_courses`, and their number."""
+    @property
+    def side_courses(self) -> _Indices:
+        """(E,) where each edge along a side goes, in units of 30 degrees from the side's own direction: 0 straight on, 1 to the
+        left, -1 to the right. Between 0 and another lies a vertex with the c-indices 5 and 7."""
+
+@final
+class PatchDesign:
+    """A surface being divided into patches by hand: its parts, the ways to divide each, and the panels of what was chosen.
+    A part of defect 0 is a patch. Immutable: dividing a part gives another design, so any step can be taken back."""
+
+    def __new__(
+        cls,
+        mesh: Mesh,
+        edge_length: float | None = None,
+        feature_edges: ArrayLike | None = None,
+        *,
+        target_panels: int = 1000,
+        patch_graph: PatchGraph | None = None,
+        corners: ArrayLike | None = None,
+        feature_angle: float = ...,
+        corner_angle: float = ...,
+        progress: _Progress | None = None,
+    ) -> PatchDesign:
+        """Begins with the disks that the surface is cut into; or, given a patch_graph that lies near the surface, with it.
+        Borders and followed edges are sides whether it has them or not; c-indices stay where they are known, fit the angles
+        and close, else the nearest that close are taken. The other arguments are those of `tile_surface` with patches.
+
+        Raises InfeasibleError for surfaces that cannot be cut into flat disks (code "no_patches") and graphs that are no
+        partition ("graph_far", "graph_apart", "graph_open", "graph_not_flat", "graph_not_closing"; elements "nodes" and "sides"
+        of the graph); and what `tile_surface` raises."""
+    @property
+    def defects(self) -> _Indices:
+        """(P,) the total interior defect of each part in units of 30 degrees; 0 of patches."""
+    @property
+    def patch_graph(self) -> PatchGraph | None:
+        """The parts as they are now: its patches are the parts, in their order, flat or not. None where two corners of a
+        part fall together."""
+    @property
+    def edge_length(self) -> float:
+        """Length of the panels' edges, scene units, before a count of panels is met exactly."""
+    def partitions(self, part: int, *, progress: _Progress | None = None) -> list[PatchPartition]:
+        """The admissible partitions of a part, best first: none makes a part of greater defect. Deterministic."""
+    def divided(self, partition: PatchPartition) -> PatchDesign:
+        """The design with a part divided; the parts made come last. Raises QuadloomError when the partition is one of
+        another design."""
+    def tile(
+        self,
+        *,
+        pattern: Literal["regular", "random"] = "regular",
+        seed: int = 0,
+        patch_panels: int = 40,
+        shaping_rounds: int = 60,
+        flattening_rounds: int = 15,
+        closeness: float = 1.0,
+        planarity: float = 0.0,
+        fairness: float = 0.0,
+        uniformity: float = 0.0,
+        borders: Literal["slide", "keep"] = "slide",
+        features: Literal["slide", "keep"] = "slide",
+        type_tolerance: float | None = None,
+        mirror: bool = False,
+        progress: _Progress | None = None,
+    ) -> SurfaceResult:
+        """The panels, as `tile_surface` makes them. Parts that are no patches yet are divided automatically. Raises
+        InfeasibleError "no_lengths" when that finds nothing, or no lengths of sides close all patches."""
+
+@final
+class PatchPartition:
+    """One way to divide a part of a `PatchDesign`."""
+
+    @property
+    def score(self) -> float:
+        """Lower is better: rounding errors of 30 degrees, gaps, bends, creases crossed and parts, summed."""
+    @property
+    def defects(self) -> _Indices:
+        """(P,) the total interior defect of each part made, in units of 30 degrees."""
+    @property
+    def c_indices(self) -> list[_Indices]:
+        """(C,) for each part made: its c-indices, counter-clockwise."""
+    @property
+    def curves(self) -> list[_Floats]:
+        """(N, 3) for each curve: its points on the surface, scene units."""
 
 def tile_surface(
     mesh: Mesh,
@@ -796,6 +949,11 @@ def tile_surface(
     shaping_rounds: int = 60,
     flattening_rounds: int = 15,
     closeness: float = 1.0,
+    planarity: float = 0.0,
+    fairness: float = 0.0,
+    uniformity: float = 0.0,
+    borders: Literal["slide", "keep"] = "slide",
+    features: Literal["slide", "keep"] = "slide",
     type_tolerance: float | None = None,
     mirror: bool = False,
     progress: _Progress | None = None,
@@ -816,9 +974,149 @@ def tile_surface(
     corner_angle: borders and followed lines keep a vertex where they turn by more; radians, 0 to pi, by default 30 degrees.
     shaping_rounds: rounds that make panels regular, on the surface; 0 to 1000.
     flattening_rounds: further rounds that make them flat, near the surface; 0 to 1000.
-    closeness: weight of nearness to the surface against regularity in the latter; 0.001 to 1000.
+    closeness: weight of nearness to the surface in the latter, as all weights against that of regularity, 1; 0.001 to 1000.
+    planarity: weight of flat quads in the latter; 0 to 1000.
+    fairness: weight in the latter of the curvature that the panels had on the surface, against wiggles; 0 to 1000.
+    uniformity: weight in all rounds of one length for all edges and one for all diagonals; 0 to 1000.
+    borders, features: "slide", so that vertices move along borders and along followed edges, or "keep" them at equal steps.
     type_tolerance, mirror: what counts as one type of panels, as in `panel_schedule`.
     progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 
     Raises InvalidMeshError, Cancelled, or QuadloomError when a feature is no edge of the surface (its element "features" is
     a position in the list) or an option is out of range."""
+
+@final
+class PolyhedronResult:
+    """What `tile_polyhedron` returns."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The panels, triangles and quads, with the topology of the polyhedron."""
+    @property
+    def panels(self) -> Schedule:
+        """The panels measured and sorted into types, as `panel_schedule` does."""
+    @property
+    def patch_graph(self) -> PatchGraph:
+        """A patch for each face of the polyhedron, in order."""
+    @property
+    def irregular_verts(self) -> _Indices:
+        """(N,) vertices whose angle defect is not zero, a triangle's corner counting 60 and a square's 90 degrees."""
+    @property
+    def defects(self) -> _Indices:
+        """(N,) their defects in units of 30 degrees; the sum is 12 times the Euler characteristic."""
+    @property
+    def irregularity(self) -> float:
+        """The greatest departure of an edge from the mean edge, and of a quad's diagonal from sqrt 2 of it; in edges."""
+    @property
+    def regular(self) -> bool:
+        """Whether that is below a millionth: all panels are equilateral triangles and squares."""
+    @property
+    def report(self) -> dict[str, Any]:
+        """What was done: counts, patches that got other side lengths or rhombi, those edited."""
+    def zigzag(
+        self,
+        side: int,
+        edges: int = 1,
+        *,
+        pair: bool = False,
+        spread: bool = False,
+        position: float = 0.5,
+        progress: _Progress | None = None,
+    ) -> PolyhedronResult:
+        """The same polyhedron with a zigzag on a side of its patch graph; as `SurfaceResult.zigzag`."""
+    def zigzag_patch(
+        self,
+        patch: int,
+        edges: int = 1,
+        *,
+        first: int = 0,
+        pair: bool = False,
+        spread: bool = False,
+        position: float = 0.5,
+        progress: _Progress | None = None,
+    ) -> PolyhedronResult:
+        """The same polyhedron with zigzags on all three sides of a patch, or on two opposite ones of four; as
+        `SurfaceResult.zigzag_patch`."""
+
+def tile_polyhedron(
+    mesh: Mesh,
+    edge_length: float | None = None,
+    *,
+    cones: bool = True,
+    seed: int = 0,
+    rounds: int = 400,
+    type_tolerance: float | None = None,
+    mirror: bool = False,
+    progress: _Progress | None = None,
+) -> PolyhedronResult:
+    """Turns a polyhedron into triangles and squares: each face becomes a patch of them, and the whole is shaped to be as regular
+    as its combinatorics allow, without regard to the faces' shape: to a millionth of an edge where such a mesh is near. Faces
+    may have any number of corners; the mesh may be open, of any genus and in parts.
+
+    edge_length: of the panels, scene units, above 0; None for the mean length of the polyhedron's edges.
+    cones: whether faces whose angles leave 30 or 60 degrees, as a decagon's or a pentagon's, keep that at a point inside.
+    seed: which of the tilings of the faces.
+    rounds: of shaping, 0 to 10000; 0 leaves the faces as flat as they were.
+    type_tolerance, mirror: what counts as one type of panels, as in `panel_schedule`.
+    progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+    Raises InvalidMeshError; InfeasibleError "no_c_indices" (elements["faces"]: faces whose corners cannot be multiples of 30
+    degrees) or "no_lengths" (no side lengths near to these close all faces); QuadloomError for options; Cancelled."""
+
+@final
+class FoldResult:
+    """What `fold_tiling` returns."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The folded sheet, in space."""
+    @property
+    def panels(self) -> Schedule:
+        """The panels measured and sorted into types, as `panel_schedule` does: two types when it is regular."""
+    @property
+    def face_source(self) -> _Indices:
+        """(F,) the face of the tiling that each face was."""
+    @property
+    def vert_target(self) -> _Indices:
+        """(V,) the vertex that each vertex of the tiling became; -1 where all faces at it were cut out."""
+    @property
+    def irregular_verts(self) -> _Indices:
+        """(N,) vertices whose angle defect is not zero."""
+    @property
+    def defects(self) -> _Indices:
+        """(N,) their defects in units of 30 degrees; the sum is 12 times the Euler characteristic."""
+    @property
+    def irregularity(self) -> float:
+        """The greatest departure of an edge from the mean edge, and of a square's diagonal from sqrt 2 of it; in edges."""
+    @property
+    def regular(self) -> bool:
+        """Whether that is below a millionth: all panels are equilateral triangles and squares."""
+
+def fold_tiling(
+    mesh: Mesh,
+    *,
+    cut: ArrayLike | None = None,
+    glue: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
+    runs: ArrayLike | None = None,
+    zips: ArrayLike | None = None,
+    rounds: int = 400,
+    type_tolerance: float | None = None,
+    mirror: bool = False,
+    progress: _Progress | None = None,
+) -> FoldResult:
+    """Cuts parts out of a plane tiling, glues borders together and shapes what comes out into a regular mesh in space:
+    equilateral triangles and squares of one edge length. All gluings are made together, on the border that is there once the
+    faces are cut out.
+
+    mesh: of triangles and squares with one edge length, such as `Tiling.mesh`; it may be bent already.
+    cut: (N,) faces to cut out first; None for none.
+    glue: pairs of runs, each a list of vertices along the border: vertex k of the first becomes vertex k of the second.
+    runs: (N, 4) vertices a, b, c, d: the border from a to b with faces on its left is glued to that from c to d with faces on
+    its right; a to c, b to d.
+    zips: (N, 2) a vertex and a number of edges: so many edges of the border to both sides of the vertex are glued.
+    rounds: of shaping, 0 to 10000; 0 leaves the first shape as it was found.
+    type_tolerance, mirror: what counts as one type of panels, as in `panel_schedule`.
+    progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+
+    Raises InvalidMeshError when the mesh is no such tiling; InfeasibleError with the code "glue_lengths", "glue_orientation",
+    "glue_border", "glue_twice" or "glue_surface" and the elements concerned; QuadloomError for options; Cancelled."""

@@ -437,7 +437,7 @@ def test_the_command_tiles_and_exports(tmp_path, module):
 
 
 def test_the_place_of_a_result_is_rigid(module):
-    shape_and_place = module("operators.tile_surface")._shape_and_place
+    shape_and_place = module("tiling_objects").shape_and_place
     for scale in [(1, 1, 1), (2, 3, 4), (-1, 2, 2), (-1, -1, -1)]:
         matrix = np.array(Matrix.LocRotScale((1, 2, 3), Euler((0.5, 0.6, 0.7)), scale), float)
         shape, place = shape_and_place(matrix)

@@ -77,6 +77,17 @@ pub fn pairs(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<[u32; 2]>, Stri
     }
 }
 
+/// Rows of four indices.
+pub fn quadruples(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<[u32; 4]>, String> {
+    let array = require::<i64>(value, name, "int64")?;
+    match (array.as_slice(), array.shape()) {
+        (Ok(flat), [_, 4] | [0]) => {
+            Ok(to_indices(flat, name)?.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect())
+        }
+        (_, found) => Err(wrong_shape(name, found, "(N, 4)")),
+    }
+}
+
 fn to_indices(values: &[i64], name: &str) -> Result<Vec<u32>, String> {
     let convert = |(at, &value): (usize, &i64)| match i32::try_from(value) {
         Ok(index) if index >= 0 => Ok(index as u32),

@@ -14,6 +14,7 @@ pyo3::create_exception!(
     code: str, a stable identifier such as \"open\".\n\
     mesh: 0 or 1, the input the elements belong to; None when there is one input, or when both are concerned.\n\
     elements: dict of int32 arrays by kind: \"verts\", \"faces\" and \"corners\" (N,), \"edges\" (N, 2) vertex pairs;\n\
+    \"sides\" and \"patches\" are those of a patch graph;\n\
     \"features\" and \"feature_verts\" are positions in what was given under those names; when both inputs are\n\
     concerned the kinds begin with \"a_\" or \"b_\"."
 );

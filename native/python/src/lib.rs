@@ -9,15 +9,20 @@
 mod arrays;
 mod boolean;
 mod defects;
+mod design;
 mod errors;
 mod fit;
+mod folding;
 mod mesh;
+mod patch_edit;
 mod patch_graph;
+mod polyhedron;
 mod retopology;
 mod retopology_options;
 mod schedule;
 mod session;
 mod surface;
+mod surface_options;
 mod tiling;
 mod worker;
 
@@ -37,9 +42,12 @@ fn quadloom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<boolean::CornerSources>()?;
     module.add_function(wrap_pyfunction!(boolean::boolean_of_meshes, module)?)?;
     fit::register(module)?;
+    folding::register(module)?;
+    polyhedron::register(module)?;
     retopology::register(module)?;
     session::register(module)?;
     schedule::register(module)?;
     surface::register(module)?;
+    design::register(module)?;
     tiling::register(module)
 }

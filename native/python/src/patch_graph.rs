@@ -1,10 +1,17 @@
 //! `quadloom.PatchGraph`: how a surface was divided before it was tiled.
 
 use crate::arrays;
+use crate::errors::{self, QuadloomError};
+use ::tiling::{DrawnGraph, PatchTiles, Side};
+use mesh::DVec3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 /// The patches that a surface was divided into: disks that can be laid flat, with corners at multiples of 30 degrees.
+///
+/// One can be made for `PatchDesign`, of nodes (N, 3) and sides between them: `side_nodes` (S, 2), straight, or along the
+/// points (P, 3) of `side_points`, those of side s from `side_offsets[s]` to `side_offsets[s + 1]`, both ends included, near a
+/// surface. `side_c_indices` as the attribute; None where nothing is known. It has no patches yet: the design finds them.
 #[pyclass(frozen, get_all, module = "quadloom")]
 pub struct PatchGraph {
     /// (N, 3) float64: where sides end, scene units.
@@ -25,11 +32,107 @@ pub struct PatchGraph {
     c_indices: Py<PyArray1<i32>>,
     /// (C,) int32: the side that leaves each corner.
     corner_sides: Py<PyArray1<i32>>,
+    /// (S, 2) int32: the c-index where each side begins, in the patch on its left, and where it ends, in the patch on its
+    /// right; 0 where there is no patch, or it is not known.
+    side_c_indices: Py<PyArray2<i32>>,
+    /// (F,) int32: the patch of each panel. This and what follows is empty with pattern="random", whose panels lie across sides.
+    face_patches: Py<PyArray1<i32>>,
+    /// (S + 1,) int32: where the vertices of each side begin in `side_verts`, and their number.
+    side_vert_offsets: Py<PyArray1<i32>>,
+    /// (K,) int32: the vertices of the panels along each side as it runs, both ends included; vertex n is node n.
+    side_verts: Py<PyArray1<i32>>,
+    /// (S + 1,) int32: where the edges of each side begin in `side_courses`, and their number.
+    course_offsets: Py<PyArray1<i32>>,
+    /// (E,) int32: where each edge along a side goes, in units of 30 degrees from the side's own direction: 0 straight on,
+    /// 1 to the left, -1 to the right. Between 0 and another lies a vertex with the c-indices 5 and 7.
+    side_courses: Py<PyArray1<i32>>,
+}
+
+#[pymethods]
+impl PatchGraph {
+    #[new]
+    #[pyo3(signature = (nodes, side_nodes, side_offsets = None, side_points = None, *, side_c_indices = None))]
+    fn of_arrays(
+        py: Python<'_>,
+        nodes: Bound<'_, PyAny>,
+        side_nodes: Bound<'_, PyAny>,
+        side_offsets: Option<Bound<'_, PyAny>>,
+        side_points: Option<Bound<'_, PyAny>>,
+        side_c_indices: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let drawn = drawn(&nodes, &side_nodes, side_offsets.as_ref(), side_points.as_ref(), side_c_indices.as_ref());
+        let drawn = drawn.map_err(|sentence| errors::raise_plain::<QuadloomError>(py, "option", sentence))?;
+        let graph = ::tiling::PatchGraph { nodes: drawn.nodes, sides: drawn.sides, patches: Vec::new() };
+        Self::of_parts(py, &graph, &drawn.c_indices, None)
+    }
+}
+
+fn drawn(
+    nodes: &Bound<'_, PyAny>,
+    side_nodes: &Bound<'_, PyAny>,
+    offsets: Option<&Bound<'_, PyAny>>,
+    points: Option<&Bound<'_, PyAny>>,
+    c_indices: Option<&Bound<'_, PyAny>>,
+) -> Result<DrawnGraph, String> {
+    let nodes = arrays::points(nodes, "nodes")?;
+    let ends = arrays::pairs(side_nodes, "side_nodes")?;
+    if let Some([a, b]) = ends.iter().find(|ends| ends.iter().any(|&n| n as usize >= nodes.len())) {
+        return Err(format!("side_nodes has the pair {a}, {b}; there are {} nodes", nodes.len()));
+    }
+    let straight = |ends: &[u32; 2]| ends.map(|n| nodes[n as usize]).to_vec();
+    let lines: Vec<Vec<DVec3>> = match (offsets, points) {
+        (None, None) => ends.iter().map(straight).collect(),
+        (Some(offsets), Some(points)) => {
+            let (offsets, points) = (arrays::indices(offsets, "side_offsets")?, arrays::points(points, "side_points")?);
+            let is_rising = offsets.windows(2).all(|w| w[0] + 2 <= w[1]);
+            let is_whole = offsets.first() == Some(&0) && offsets.last().map(|&n| n as usize) == Some(points.len());
+            if offsets.len() != ends.len() + 1 || !is_rising || !is_whole {
+                let (sides, points) = (ends.len(), points.len());
+                return Err(format!(
+                    "side_offsets must rise from 0 to {points}, by 2 or more for each of the {sides} sides"
+                ));
+            }
+            offsets.windows(2).map(|w| points[w[0] as usize..w[1] as usize].to_vec()).collect()
+        }
+        _ => return Err("side_offsets and side_points belong together; give both or neither".to_owned()),
+    };
+    let c_indices = c_indices.map_or(Ok(vec![]), |given| arrays::pairs(given, "side_c_indices"))?;
+    if (!c_indices.is_empty() && c_indices.len() != ends.len()) || c_indices.iter().flatten().any(|&c| c > 12) {
+        return Err(format!("side_c_indices must be {} rows of two numbers from 0 to 12", ends.len()));
+    }
+    let known = |c: u32| (c > 0).then_some(c as u8);
+    let mut c_indices: Vec<[Option<u8>; 2]> = c_indices.into_iter().map(|pair| pair.map(known)).collect();
+    c_indices.resize(ends.len(), [None; 2]);
+    let sides = ends.into_iter().zip(lines).map(|(ends, points)| Side { ends, points }).collect();
+    Ok(DrawnGraph { nodes, sides, c_indices })
+}
+
+/// The inverse of [`PatchGraph::of_arrays`]: what is to be drawn.
+pub fn to_drawn(graph: &Bound<'_, PatchGraph>) -> Result<DrawnGraph, String> {
+    let (py, graph) = (graph.py(), graph.get());
+    drawn(
+        graph.nodes.bind(py),
+        graph.side_nodes.bind(py),
+        Some(graph.side_offsets.bind(py)),
+        Some(graph.side_points.bind(py)),
+        Some(graph.side_c_indices.bind(py)),
+    )
 }
 
 impl PatchGraph {
     /// As arrays.
-    pub fn new(py: Python<'_>, graph: &::tiling::PatchGraph) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, graph: &::tiling::PatchGraph, tiles: Option<&PatchTiles>) -> PyResult<Self> {
+        Self::of_parts(py, graph, &DrawnGraph::from(graph).c_indices, tiles)
+    }
+
+    fn of_parts(
+        py: Python<'_>,
+        graph: &::tiling::PatchGraph,
+        side_c_indices: &[[Option<u8>; 2]],
+        tiles: Option<&PatchTiles>,
+    ) -> PyResult<Self> {
+        let nothing = PatchTiles::default();
+        let tiles = tiles.unwrap_or(&nothing);
         let offsets = |sizes: &mut dyn Iterator<Item = usize>| {
             let mut offsets = vec![0];
             offsets.extend(sizes.scan(0, |sum, size| {
@@ -55,6 +158,15 @@ impl PatchGraph {
             corner_nodes: of_corners(|corner| corner.node),
             c_indices: of_corners(|corner| corner.c_index.into()),
             corner_sides: of_corners(|corner| corner.side),
+            side_c_indices: {
+                let numbers = |pair: &[Option<u8>; 2]| pair.map(|c| c.map_or(0, i32::from));
+                arrays::rows(py, &side_c_indices.iter().map(numbers).collect::<Vec<_>>())?.unbind()
+            },
+            face_patches: arrays::index_array(py, &tiles.patch_of).unbind(),
+            side_vert_offsets: offsets(&mut tiles.along.iter().map(Vec::len)),
+            side_verts: arrays::index_array(py, &tiles.along.concat()).unbind(),
+            course_offsets: offsets(&mut tiles.courses.iter().map(Vec::len)),
+            side_courses: PyArray1::from_iter(py, tiles.courses.iter().flatten().map(|&offset| offset.into())).unbind(),
         })
     }
 }

@@ -1,14 +1,16 @@
 //! `quadloom.tile_surface` and its result.
 
 use crate::arrays;
-use crate::errors::{self, InternalError, InvalidMeshError, QuadloomError};
+use crate::errors::{self, InfeasibleError, InternalError, InvalidMeshError, QuadloomError};
 use crate::mesh::Mesh;
+use crate::patch_edit::{self, Wish};
 use crate::patch_graph::PatchGraph;
 use crate::schedule::{self, Schedule};
+use crate::surface_options::{PanelKeywords, SurfaceKeywords};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    Fill, PanelSize, Partition, PolygonTiling, PolygonsError, ShapeOptions, SurfaceError, SurfaceOptions, tile_polygons,
+    GraphFault, PanelSize, Partition, PolygonTiling, PolygonsError, SurfaceError, SurfaceOptions, Zigzag, tile_polygons,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -27,24 +29,109 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 }
 
 /// What `tile_surface` returns.
-#[pyclass(frozen, get_all, module = "quadloom")]
-struct SurfaceResult {
+#[pyclass(frozen, module = "quadloom")]
+pub struct SurfaceResult {
     /// The panels, triangles and quads, with the topology of the surface.
+    #[pyo3(get)]
     mesh: Py<Mesh>,
     /// The panels measured and sorted into types, as `panel_schedule` does.
+    #[pyo3(get)]
     panels: Py<Schedule>,
     /// Length of the edges asked for, scene units: shorter than `edge_length` where panels of that size had no room.
+    #[pyo3(get)]
     edge_length: f64,
     /// (N,) int32: vertices whose angle defect is not zero, a triangle's corner counting 60 and a square's 90 degrees.
+    #[pyo3(get)]
     irregular_verts: Py<PyArray1<i32>>,
     /// (N,) int32: their defects in units of 30 degrees; the sum is 12 times the Euler characteristic.
+    #[pyo3(get)]
     defects: Py<PyArray1<i32>>,
     /// (N,) int32: panels with a corner that faces away from the surface: none but where no size had room.
+    #[pyo3(get)]
     turned_faces: Py<PyArray1<i32>>,
     /// The patches of `partition="patches"`; None where none were asked for or found.
+    #[pyo3(get)]
     patch_graph: Option<Py<PatchGraph>>,
     /// What was done: counts, quality, seconds a stage, warnings.
+    #[pyo3(get)]
     report: Py<PyAny>,
+    made: Arc<PolygonTiling>,
+    types: ScheduleOptions,
+}
+
+#[pymethods]
+impl SurfaceResult {
+    /// The same surface with a zigzag on a side of its patch graph: edges that leave the side's direction by 30 degrees, so that
+    /// where they begin and end there are c-indices of 5 and 7 and no irregular vertex. This result stays as it is.
+    ///
+    /// The side's end moves, so other sides must change, as little and as near as may be: the opposite side of a patch of
+    /// four sides, all sides of one of three, and so on to the border or round. Only patches beside sides that changed get
+    /// other panels (all with pattern="random"); sides and patches keep their indices. `report["edited_sides"]` and
+    /// `report["edited_patches"]` say which; all vertices are shaped anew.
+    ///
+    /// side: index of a side of `patch_graph`.
+    /// edges: how many turn, 1 to 100, to the left as the side runs; to the right when negative.
+    /// pair: as many then turn to the other side, so that the side runs on in its direction.
+    /// spread: they lie apart along the side instead of one after the other: a more fractured pattern.
+    /// position: where along the side the middle is wished for, 0 to 1; elsewhere where only that has panels.
+    /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+    ///
+    /// Raises `InfeasibleError` with the code "no_patches" (the panels are even), "zigzag_open" (nothing closes) or
+    /// "zigzag_untileable" (a patch has no panels then: `elements["patches"]`), `elements["sides"]` being the side; `QuadloomError`
+    /// when an option is out of range; `Cancelled`. After Peng et al. 2018, section 4.3, Fig. 13.
+    #[pyo3(signature = (side, edges = 1, *, pair = false, spread = false, position = 0.5, progress = None))]
+    #[allow(clippy::too_many_arguments)]
+    fn zigzag(
+        &self,
+        py: Python<'_>,
+        side: i64,
+        edges: i32,
+        pair: bool,
+        spread: bool,
+        position: f64,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let wish = Wish { edges, pair, spread, position };
+        self.edited(py, wish.on_side(py, self.made.tiling.patch_graph.as_ref(), side)?, progress)
+    }
+
+    /// The same surface with zigzags on all three sides of a patch (a triple), or on two opposite sides of one of four (a pair).
+    ///
+    /// patch: index of a patch of `patch_graph` with three or four corners that are not straight.
+    /// first: of a patch of four sides, which two: the side that leaves its corner `first` (counting corners that are not
+    ///     straight) and the one opposite.
+    /// Others, results and errors as of `zigzag`, sides as they run round the patch counter-clockwise; "patch_sides" when it
+    /// has more sides.
+    #[pyo3(signature = (patch, edges = 1, *, first = 0, pair = false, spread = false, position = 0.5, progress = None))]
+    #[allow(clippy::too_many_arguments)]
+    fn zigzag_patch(
+        &self,
+        py: Python<'_>,
+        patch: i64,
+        edges: i32,
+        first: usize,
+        pair: bool,
+        spread: bool,
+        position: f64,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let wish = Wish { edges, pair, spread, position };
+        self.edited(py, wish.on_patch(py, self.made.tiling.patch_graph.as_ref(), patch, first)?, progress)
+    }
+}
+
+impl SurfaceResult {
+    fn edited(&self, py: Python<'_>, zigzags: Vec<Zigzag>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
+        let (made, types) = (Arc::clone(&self.made), self.types);
+        let outcome = worker::run(py, progress.as_ref(), move |monitor| {
+            let made = monitor.within(0.0, 0.9, || made.zigzag(&zigzags, monitor)).map_err(PolygonsError::from)?;
+            let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.tiling.mesh, &types, monitor))?;
+            Ok((made, schedule))
+        })?;
+        let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
+        let size = PanelSize::EdgeLength(made.tiling.edge_length);
+        to_result(py, size, Partition::Paper, made, schedule, types)
+    }
 }
 
 /// Covers a surface by panels: triangles and quads that are near to equilateral triangles and squares of one edge length.
@@ -67,7 +154,11 @@ struct SurfaceResult {
 /// corner_angle: borders and followed lines keep a vertex where they turn by more; radians, 0 to pi, by default 30 degrees.
 /// shaping_rounds: rounds that make panels regular, on the surface; 0 to 1000.
 /// flattening_rounds: further rounds that make them flat, near the surface; 0 to 1000.
-/// closeness: weight of nearness to the surface against regularity in the latter; 0.001 to 1000.
+/// closeness: weight of nearness to the surface in the latter, as all weights against that of regularity, 1; 0.001 to 1000.
+/// planarity: weight of flat quads in the latter; 0 to 1000.
+/// fairness: weight in the latter of the curvature that the panels had on the surface, against wiggles; 0 to 1000.
+/// uniformity: weight in all rounds of one length for all edges and one for all diagonals; 0 to 1000.
+/// borders, features: "slide", so that vertices move along borders and along followed edges, or "keep" them at equal steps.
 /// type_tolerance, mirror: what counts as one type of panels, as in `panel_schedule`.
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
@@ -80,7 +171,8 @@ struct SurfaceResult {
 #[pyo3(signature = (
     mesh, edge_length = None, feature_edges = None, *, target_panels = 1000, partition = "even", corners = None,
     pattern = "regular", seed = 0, patch_panels = 40, feature_angle = 0.872_664_625_997_164_8, corner_angle = std::f64::consts::FRAC_PI_6,
-    shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, type_tolerance = None, mirror = false, progress = None
+    shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, planarity = 0.0, fairness = 0.0, uniformity = 0.0,
+    borders = "slide", features = "slide", type_tolerance = None, mirror = false, progress = None
 ))]
 // One Python keyword each: the signature is the interface.
 #[allow(clippy::too_many_arguments)]
@@ -100,76 +192,56 @@ fn tile_surface(
     shaping_rounds: i64,
     flattening_rounds: i64,
     closeness: f64,
+    planarity: f64,
+    fairness: f64,
+    uniformity: f64,
+    borders: &str,
+    features: &str,
     type_tolerance: Option<f64>,
     mirror: bool,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<SurfaceResult> {
     let bad_option = |sentence: String| errors::raise_plain::<QuadloomError>(py, "option", sentence);
-    let features = feature_edges.map_or(Ok(vec![]), |given| arrays::pairs(&given, "feature_edges"));
-    let within = |name: &str, value: i64, range: std::ops::RangeInclusive<i64>| {
-        if range.contains(&value) {
-            return Ok(value);
-        }
-        Err(bad_option(format!("{name} is {value}, but it must lie between {} and {}", range.start(), range.end())))
-    };
-    let angle = |name: &str, value: f64| {
-        if (0.0..=std::f64::consts::PI).contains(&value) {
-            return Ok(value);
-        }
-        Err(bad_option(format!("{name} is {value}, but it must lie between 0 and pi")))
-    };
-    if !(1e-3..=1e3).contains(&closeness) {
-        return Err(bad_option(format!("closeness is {closeness}, but it must lie between 0.001 and 1000")));
-    }
-    let fill = match pattern {
-        "regular" => Fill::Regular,
-        "random" => Fill::Random { seed, patch_panels: within("patch_panels", patch_panels, 12..=200)? as usize },
-        _ => return Err(bad_option(format!("pattern is \"{pattern}\"; it must be one of: regular, random"))),
+    let keywords = SurfaceKeywords { edge_length, feature_edges, target_panels, corners, feature_angle, corner_angle };
+    let pattern = pattern.to_owned();
+    let panels = PanelKeywords {
+        pattern,
+        seed,
+        patch_panels,
+        shaping_rounds,
+        flattening_rounds,
+        closeness,
+        planarity,
+        fairness,
+        uniformity,
+        borders: borders.to_owned(),
+        features: features.to_owned(),
+        type_tolerance,
+        mirror,
     };
     let partition = match partition {
         "even" => Partition::Expansion,
         "patches" => Partition::Paper,
         _ => return Err(bad_option(format!("partition is \"{partition}\"; it must be one of: even, patches"))),
     };
-    let corners = corners.map_or(Ok(vec![]), |given| arrays::pairs(&given, "corners")).map_err(bad_option)?;
-    let vertex_count = mesh.get().inner.vertex_count();
-    if let Some([vertex, c_index]) = corners.iter().find(|[v, c]| *v as usize >= vertex_count || !(2..=10).contains(c))
-    {
-        return Err(bad_option(format!(
-            "corners has the vertex {vertex} with the c-index {c_index}; vertices must be below {vertex_count} and c-indices 2 to 10"
-        )));
-    }
-    let size = match edge_length {
-        Some(length) => PanelSize::EdgeLength(length),
-        None => PanelSize::Count(within("target_panels", target_panels, 1..=2_000_000)? as u32),
-    };
-    let options = SurfaceOptions {
-        marked_edges: features.map_err(bad_option)?,
-        feature_angle: angle("feature_angle", feature_angle)?,
-        corner_angle: angle("corner_angle", corner_angle)?,
-        partition,
-        corners: corners.into_iter().map(|[vertex, c_index]| (vertex, c_index as u8)).collect(),
-        fill,
-        shape: ShapeOptions {
-            rounds: within("shaping_rounds", shaping_rounds, 0..=1000)? as usize,
-            flattening_rounds: within("flattening_rounds", flattening_rounds, 0..=1000)? as usize,
-            closeness,
-        },
-    };
-    let types = ScheduleOptions { tolerance: type_tolerance, mirror };
     let mesh = Arc::clone(&mesh.get().inner);
+    let (size, options) = keywords.options(mesh.vertex_count()).map_err(bad_option)?;
+    let (fill, shape, types) = panels.options().map_err(bad_option)?;
+    let options = SurfaceOptions { partition, fill, shape, ..options };
     let outcome = worker::run(py, progress.as_ref(), move |monitor| {
         let made = monitor.within(0.0, 0.9, || tile_polygons(&mesh, size, &options, monitor))?;
         let schedule = monitor.within(0.9, 1.0, || Inner::of(&made.tiling.mesh, &types, monitor))?;
         Ok((made, schedule))
     })?;
     let (made, schedule) = outcome.map_err(|failure: Failure| failure.to_exception(py))?;
-    to_result(py, size, partition, made, schedule)
+    to_result(py, size, partition, made, schedule, types)
 }
 
 /// Either half of the work may fail.
-enum Failure {
+pub enum Failure {
+    /// The panels cannot be made.
     Tiling(PolygonsError),
+    /// The panels cannot be measured.
     Schedule(ScheduleError),
 }
 
@@ -186,7 +258,8 @@ impl From<ScheduleError> for Failure {
 }
 
 impl Failure {
-    fn to_exception(&self, py: Python<'_>) -> PyErr {
+    /// The exception for it.
+    pub fn to_exception(&self, py: Python<'_>) -> PyErr {
         match self {
             Self::Tiling(error) => tiling_exception(py, error),
             Self::Schedule(error) => schedule::to_exception(py, error),
@@ -213,7 +286,19 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
             let elements = [("features".to_owned(), at.as_slice())];
             errors::raise::<QuadloomError>(py, "feature_not_edge", sentence, None, elements)
         }
+        SurfaceError::Graph(fault) => {
+            let elements = [("nodes", &fault.nodes), ("sides", &fault.sides)];
+            let elements = elements.map(|(kind, indices)| (kind.to_owned(), indices.as_slice()));
+            errors::raise::<InfeasibleError>(py, graph_code(fault.fault), sentence, None, elements)
+        }
+        SurfaceError::NoPartition => errors::raise_plain::<InfeasibleError>(py, "no_patches", sentence),
         SurfaceError::Cancelled(_) => worker::cancelled(py),
+        SurfaceError::Polygons(error) => {
+            let elements = [("faces".to_owned(), error.faces.as_slice())];
+            errors::raise::<InfeasibleError>(py, "no_c_indices", sentence, None, elements)
+        }
+        SurfaceError::NoLengths => errors::raise_plain::<InfeasibleError>(py, "no_lengths", sentence),
+        SurfaceError::Edit(error) => patch_edit::to_exception(py, error),
         // The mesh was looked at before.
         _ => {
             errors::raise_plain::<InternalError>(py, "internal", format!("{sentence}; please report it with the mesh"))
@@ -221,25 +306,42 @@ fn tiling_exception(py: Python<'_>, error: &PolygonsError) -> PyErr {
     }
 }
 
-fn to_result(
+fn graph_code(fault: GraphFault) -> &'static str {
+    match fault {
+        GraphFault::Malformed => "graph_malformed",
+        GraphFault::Far => "graph_far",
+        GraphFault::Apart => "graph_apart",
+        GraphFault::Open => "graph_open",
+        GraphFault::NotFlat => "graph_not_flat",
+        GraphFault::NotClosing => "graph_not_closing",
+    }
+}
+
+/// The panels, measured, with a report.
+pub fn to_result(
     py: Python<'_>,
     asked: PanelSize,
     partition: Partition,
     made: PolygonTiling,
     schedule: Inner,
+    types: ScheduleOptions,
 ) -> PyResult<SurfaceResult> {
     let report = report(py, asked, partition, &made, &schedule)?;
-    let made = made.tiling;
-    let graph = made.patch_graph.as_ref().map(|graph| Py::new(py, PatchGraph::new(py, graph)?)).transpose()?;
+    let all = Arc::new(made);
+    let made = &all.tiling;
+    let tiles = made.patch_tiles.as_ref();
+    let graph = made.patch_graph.as_ref().map(|graph| Py::new(py, PatchGraph::new(py, graph, tiles)?)).transpose()?;
     Ok(SurfaceResult {
         edge_length: made.edge_length,
         irregular_verts: PyArray1::from_iter(py, made.defects.iter().map(|&(v, _)| v as i32)).unbind(),
         defects: PyArray1::from_iter(py, made.defects.iter().map(|&(_, defect)| defect)).unbind(),
         turned_faces: arrays::index_array(py, &made.turned).unbind(),
-        mesh: Py::new(py, Mesh::from(made.mesh))?,
+        mesh: Py::new(py, Mesh::from(made.mesh.clone()))?,
         panels: Py::new(py, Schedule::from(schedule))?,
         patch_graph: graph,
         report: report.into_any().unbind(),
+        made: all,
+        types,
     })
 }
 
@@ -261,6 +363,8 @@ fn report<'py>(
     report.set_item("patches", made.patch_graph.as_ref().map(|graph| graph.patches.len()))?;
     report.set_item("relengthened_patches", &made.relengthened_patches)?;
     report.set_item("patches_with_rhombi", &made.patches_with_rhombi)?;
+    report.set_item("edited_sides", &made.edit.sides)?;
+    report.set_item("edited_patches", &made.edit.patches)?;
     report.set_item("filled_patches", made.patches)?;
     report.set_item("changed_patches", made.changed_patches)?;
     let seconds: BTreeMap<&str, f64> = made.stages.iter().map(|(stage, time)| (*stage, time.as_secs_f64())).collect();

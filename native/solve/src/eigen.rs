@@ -1,12 +1,14 @@
-//! The smallest generalised eigenvector of a sparse symmetric matrix, by inverse iteration.
+//! The smallest generalised eigenvector of a sparse symmetric matrix, by inverse iteration, and the greatest ones of a
+//! small dense matrix.
 //!
-//! Used for cross fields without constraints: the smoothest field is the smallest eigenvector of the connection
+//! The first is used for cross fields without constraints: the smoothest field is the smallest eigenvector of the connection
 //! Laplacian (Knöppel, Crane, Pinkall and Schröder, "Globally optimal direction fields", 2013, section 5), written with
 //! 2 x 2 real blocks. Its eigenvalues then come in equal pairs; the iteration converges to the one vector of that plane
 //! which the start vector projects to, so the result is still a function of the input alone.
 
 use crate::SolveError;
 use crate::cholesky::Factor;
+use faer::{Mat, Side};
 
 /// Added to the matrix as this multiple of trace(A) / trace(M) times M, so that a semidefinite matrix factors.
 /// Eigenvectors stay; the shift is taken off the eigenvalue again.
@@ -93,6 +95,35 @@ fn scatter(index: usize) -> f64 {
     (bits >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
+/// The eigenvectors of the `count` greatest eigenvalues of a dense symmetric matrix, greatest first, each with its
+/// eigenvalue and of unit length. The entry at (row, column) is `entry(row, column)`, asked of the lower triangle only.
+///
+/// Cost: cubic; 100 rows take 5 ms.
+///
+/// # Errors
+/// [`SolveError::OutOfRange`] when `count` exceeds `size`, [`SolveError::BadNumber`] for an entry that is not finite.
+pub fn greatest_eigenvectors(
+    size: usize,
+    entry: impl Fn(usize, usize) -> f64,
+    count: usize,
+) -> Result<Vec<(f64, Vec<f64>)>, SolveError> {
+    if count > size {
+        return Err(SolveError::OutOfRange { what: "eigenvector", index: count, count: size });
+    }
+    let matrix = Mat::from_fn(size, size, |row, column| entry(row.max(column), row.min(column)));
+    let bad = SolveError::BadNumber { what: "entry", index: 0, expected: "finite" };
+    if let Some(index) = (0..size * size).find(|&k| !matrix[(k / size, k % size)].is_finite()) {
+        return Err(SolveError::BadNumber { what: "entry", index, expected: "finite" });
+    }
+    let decomposed = matrix.self_adjoint_eigen(Side::Lower).map_err(|_| bad)?;
+    let (values, vectors) = (decomposed.S().column_vector(), decomposed.U());
+    // Ascending.
+    Ok((0..count)
+        .map(|k| size - 1 - k)
+        .map(|column| (values[column], (0..size).map(|row| vectors[(row, column)]).collect()))
+        .collect())
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
@@ -130,5 +161,17 @@ mod tests {
     fn bad_masses_are_named() {
         assert!(matches!(smallest_eigenvector(&[(0, 0, 1.0)], &[0.0], 5), Err(SolveError::BadNumber { index: 0, .. })));
         assert!(smallest_eigenvector(&[], &[], 5).is_err());
+    }
+
+    #[test]
+    fn the_greatest_eigenvectors_of_a_small_matrix() {
+        // Eigenvalues 3 and 1 on (1, 1) and (1, -1), and 2.
+        let matrix = [[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
+        let found = greatest_eigenvectors(3, |row, column| matrix[row][column], 2).expect("finite");
+        assert!((found[0].0 - 3.0).abs() < 1e-12 && (found[1].0 - 2.0).abs() < 1e-12);
+        assert!((found[0].1[0] - found[0].1[1]).abs() < 1e-12 && found[1].1[2].abs() > 1.0 - 1e-12);
+        assert!(
+            greatest_eigenvectors(1, |_, _| f64::NAN, 1).is_err() && greatest_eigenvectors(1, |_, _| 1.0, 2).is_err()
+        );
     }
 }

@@ -5,7 +5,7 @@
 //! | module | problem | solver behind it |
 //! |---|---|---|
 //! | [`cholesky`] | one sparse symmetric positive definite matrix, many right-hand sides | faer |
-//! | [`eigen`] | the smallest generalised eigenvector of such a matrix | inverse iteration |
+//! | [`eigen`] | the smallest generalised eigenvector of such a matrix; the greatest of a small dense one | inverse iteration; faer |
 //! | [`integer`] | integer programmes with convex separable costs and parity rows | `HiGHS` |
 //! | [`matching`] | maximum-weight matching among those of maximum cardinality | mwmatching |
 //! | [`components`] | connected components | none |

@@ -9,6 +9,7 @@ mod border;
 mod boundary;
 mod certificate;
 mod corner;
+mod design;
 mod drawn;
 mod error;
 mod explain;
@@ -38,12 +39,15 @@ mod tilings;
 mod value;
 
 pub use self::surface::{
-    Corner, Fill, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PolyhedronOptions, PolyhedronTiling,
-    Proposal, ShapeOptions, Side, Steps, SurfaceError, SurfaceOptions, SurfaceTiling, tile_polyhedron, tile_surface,
+    Along, Corner, DrawnGraph, Edit, EditError, Fill, FoldError, FoldOptions, Folding, Gluing, GraphError, GraphFault,
+    NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PatchTiles, PolyhedronOptions, PolyhedronTiling,
+    Proposal, ShapeOptions, Side, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, fold, tile_surface,
+    zigzags_of_patch,
 };
 pub use border::Conflict;
 pub use boundary::Boundary;
 pub use certificate::Certificate;
+pub use design::PolygonDesign;
 pub use error::TilingError;
 pub use explain::{Explanation, Verdict, explain_boundary};
 pub use fit::{Fit, FitOptions, fit_boundary};
@@ -52,7 +56,7 @@ pub use nearest::{NearestLoop, nearest_loop_by_programme};
 pub use num_bigint::BigUint;
 pub use options::Options;
 pub use plane::{Direction, Isometry, Point, Surd};
-pub use polygons::{PanelSize, PolygonTiling, PolygonsError, tile_polygons};
+pub use polygons::{PanelSize, PolygonTiling, PolygonsError, tile_polygons, tile_polyhedron};
 pub use programme::tilings_by_programme;
 pub use repair::{Repair, repair};
 pub use rhombi::{WithRhombi, count_with_rhombi, tile_with_rhombi};

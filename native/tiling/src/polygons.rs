@@ -2,7 +2,10 @@
 //! size become triangles, and the surface is tiled about the origin at about unit size, so that no place and no scale of the
 //! scene matters.
 
-use crate::surface::{Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+use crate::surface::{
+    Fill, Partition, PolyhedronOptions, PolyhedronTiling, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling,
+    Zigzag, tile_faces, tile_surface,
+};
 use ::surface::inspect::{Fault, inspect, inspect_vertices};
 use ::surface::triangulate::triangulate;
 use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
@@ -11,9 +14,11 @@ use std::f64::consts::PI;
 /// Mean area of a panel of the regular pattern with unit edges: eight triangles and three squares are a period of it.
 const MEAN_PANEL_AREA: f64 = 0.587_645_601_370_716_2;
 /// A count is met within this part, or as near to it as so many corrections of the edge length come.
-const NEAR_COUNT: f64 = 0.03;
+pub(crate) const NEAR_COUNT: f64 = 0.03;
 const CORRECTIONS: usize = 4;
-const PATCH_CORRECTIONS: usize = 3;
+pub(crate) const PATCH_CORRECTIONS: usize = 3;
+/// Most edges along all sides of a polyhedron together.
+const MOST_SIDE_EDGES: f64 = 20_000.0;
 /// Rounds of shaping that turn back most of what the pattern turned over, so that only panels without room are taken for such.
 const FEW_ROUNDS: usize = 8;
 /// Part of the progress for finding the edge length of a count.
@@ -57,6 +62,24 @@ pub struct PolygonTiling {
     pub taken_apart: Vec<u32>,
     /// How many vertices off the border have an angle defect that is not zero.
     pub irregular_interior_vertices: usize,
+    place: Place,
+}
+
+impl PolygonTiling {
+    pub(crate) fn new(made: SurfaceTiling, taken_apart: Vec<u32>, place: Place) -> Self {
+        let tiling = place.restored(made);
+        let topology = Topology::of(&tiling.mesh);
+        let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
+        Self { tiling, taken_apart, irregular_interior_vertices: irregular, place }
+    }
+
+    /// The same mesh with zigzags on sides of its patch graph, as [`SurfaceTiling::zigzag`].
+    ///
+    /// # Errors
+    /// [`SurfaceError::Edit`]; cancelled.
+    pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
+        Ok(Self::new(self.tiling.zigzag(zigzags, monitor)?, self.taken_apart.clone(), self.place))
+    }
 }
 
 /// Covers a polygon mesh by panels, as [`tile_surface`] covers triangles; faces may have any number of corners, and where
@@ -70,23 +93,7 @@ pub fn tile_polygons(
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<PolygonTiling, PolygonsError> {
-    monitor.stage("checking", 0.0)?;
-    inspect(mesh)?;
-    let taken_apart = inspect_vertices(mesh).err().map_or_else(Vec::new, |fault| fault.elements);
-    let place = Place::of(mesh);
-    let unit: Vec<DVec3> = mesh.positions.iter().map(|&p| (p - place.origin) / place.scale).collect();
-    let unit = mesh.with_positions(unit);
-    let surface = triangulate(&unit).mesh;
-    let mut options = options.clone();
-    options.marked_edges.extend(sharp_edges(&unit, options.feature_angle));
-    options.feature_angle = PI;
-    let (edge_length, start) = match size {
-        PanelSize::EdgeLength(length) => (length / place.scale, 0.0),
-        PanelSize::Count(0) => return Err(PolygonsError::NoPanels),
-        PanelSize::Count(count) => {
-            (monitor.within(0.0, COUNT_PART, || edge_length_of(count, &surface, &options, monitor))?, COUNT_PART)
-        }
-    };
+    let Prepared { surface, options, place, taken_apart, edge_length, start } = prepare(mesh, size, options, monitor)?;
     let make = |length, low, high| {
         let made = monitor.within(low, high, || tile_surface(&surface, length, &options, monitor));
         made.map_err(|error| place.in_scene_units(error))
@@ -107,10 +114,79 @@ pub fn tile_polygons(
             }
         }
     }
-    let tiling = place.restored(made);
-    let topology = Topology::of(&tiling.mesh);
-    let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
-    Ok(PolygonTiling { tiling, taken_apart, irregular_interior_vertices: irregular })
+    Ok(PolygonTiling::new(made, taken_apart, place))
+}
+
+/// A polygon mesh as a surface of triangles at about unit size, what is followed there, and the edge length that a count needs.
+pub(crate) struct Prepared {
+    pub surface: TriangleMesh,
+    pub options: SurfaceOptions,
+    pub place: Place,
+    pub taken_apart: Vec<u32>,
+    pub edge_length: f64,
+    /// Part of the progress that is over.
+    pub start: f64,
+}
+
+pub(crate) fn prepare(
+    mesh: &PolygonMesh,
+    size: PanelSize,
+    options: &SurfaceOptions,
+    monitor: &Monitor,
+) -> Result<Prepared, PolygonsError> {
+    monitor.stage("checking", 0.0)?;
+    inspect(mesh)?;
+    let taken_apart = inspect_vertices(mesh).err().map_or_else(Vec::new, |fault| fault.elements);
+    let place = Place::of(mesh);
+    let unit: Vec<DVec3> = mesh.positions.iter().map(|&p| (p - place.origin) / place.scale).collect();
+    let unit = mesh.with_positions(unit);
+    let surface = triangulate(&unit).mesh;
+    let mut options = options.clone();
+    options.marked_edges.extend(sharp_edges(&unit, options.feature_angle));
+    options.feature_angle = PI;
+    let (edge_length, start) = match size {
+        PanelSize::EdgeLength(length) => (length / place.scale, 0.0),
+        PanelSize::Count(0) => return Err(PolygonsError::NoPanels),
+        PanelSize::Count(count) => {
+            (monitor.within(0.0, COUNT_PART, || edge_length_of(count, &surface, &options, monitor))?, COUNT_PART)
+        }
+    };
+    Ok(Prepared { surface, options, place, taken_apart, edge_length, start })
+}
+
+/// Tiles the faces of a polyhedron, each a patch, by triangles and squares with edges of about `edge_length`, scene units;
+/// `None` for the mean of the polyhedron's edges. The mesh may be open, bent and of any genus; it is shaped for regularity alone.
+///
+/// # Errors
+/// [`PolygonsError::Mesh`] when it is no oriented surface; [`SurfaceError::Polygons`] for faces without c-indices;
+/// [`SurfaceError::NoLengths`] when no side lengths close all faces or a face has no tiling; [`SurfaceError::EdgeLength`],
+/// [`SurfaceError::TooMany`]; cancelled.
+///
+/// # Source
+/// Peng et al. 2018, section 5.1, Fig. 14. Costs one integer programme over the sides.
+pub fn tile_polyhedron(
+    polyhedron: &PolygonMesh,
+    edge_length: Option<f64>,
+    options: &PolyhedronOptions,
+    monitor: &Monitor,
+) -> Result<PolyhedronTiling, PolygonsError> {
+    monitor.stage("checking", 0.0)?;
+    inspect(polyhedron)?;
+    let topology = Topology::of(polyhedron);
+    let lengths: Vec<f64> = topology
+        .edges()
+        .map(|h| [topology.from(h), topology.to(h)].map(|v| polyhedron.positions[v as usize]))
+        .map(|[p, q]| p.distance(q))
+        .collect();
+    let whole: f64 = lengths.iter().sum();
+    let edge_length = edge_length.unwrap_or(whole / lengths.len() as f64);
+    // Sides are given to an integer programme, which is the first to have too many panels.
+    let least = whole / MOST_SIDE_EDGES;
+    if edge_length > 0.0 && edge_length < least {
+        let panels = whole / edge_length;
+        return Err(SurfaceError::TooMany { edge_length, panels, least }.into());
+    }
+    Ok(tile_faces(polyhedron, edge_length, options, monitor)?)
 }
 
 /// Edges of faces at which the surface turns by more than the angle. Diagonals of bent faces may turn as much, but are no
@@ -161,10 +237,11 @@ fn edge_length_of(
 }
 
 /// Where the mesh is, and how large.
-struct Place {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
     origin: DVec3,
     /// A power of two, so that no digit is lost.
-    scale: f64,
+    pub scale: f64,
 }
 
 impl Place {
@@ -175,7 +252,7 @@ impl Place {
         Self { origin: bounds.low.midpoint(bounds.high), scale: longest.log2().floor().exp2() }
     }
 
-    fn restored(&self, mut made: SurfaceTiling) -> SurfaceTiling {
+    pub(crate) fn restored(&self, mut made: SurfaceTiling) -> SurfaceTiling {
         for p in &mut made.mesh.positions {
             *p = *p * self.scale + self.origin;
         }
@@ -185,15 +262,21 @@ impl Place {
         }
         made.edge_length *= self.scale;
         if let Some(graph) = &mut made.patch_graph {
-            let points = graph.sides.iter_mut().flat_map(|side| &mut side.points);
-            for p in points.chain(&mut graph.nodes) {
-                *p = *p * self.scale + self.origin;
-            }
+            *graph = graph.moved(|p| self.in_scene(p));
         }
         made
     }
 
-    fn in_scene_units(&self, error: SurfaceError) -> SurfaceError {
+    /// A point of the unit surface in the scene, and back.
+    pub(crate) fn in_scene(&self, p: DVec3) -> DVec3 {
+        p * self.scale + self.origin
+    }
+
+    pub(crate) fn from_scene(&self, p: DVec3) -> DVec3 {
+        (p - self.origin) / self.scale
+    }
+
+    pub(crate) fn in_scene_units(&self, error: SurfaceError) -> SurfaceError {
         match error {
             SurfaceError::EdgeLength { edge_length, diagonal } => {
                 SurfaceError::EdgeLength { edge_length: edge_length * self.scale, diagonal: diagonal * self.scale }

@@ -3,7 +3,7 @@
 use mesh::{DVec3, Monitor, PolygonMesh};
 use std::collections::BTreeMap;
 use testkit::oracle;
-use tiling::{Kind, Patch, PolyhedronOptions, PolyhedronTiling, SurfaceError, tile_polyhedron};
+use tiling::{Kind, Patch, PolygonsError, PolyhedronOptions, PolyhedronTiling, SurfaceError, tile_polyhedron};
 
 /// A solid, its faces counter-clockwise from outside.
 fn solid(positions: &[[f64; 3]], faces: &[&[u32]]) -> PolygonMesh {
@@ -164,7 +164,7 @@ fn edge_between(mesh: &PolygonMesh, sizes: [usize; 2]) -> f64 {
 }
 
 fn tiled(mesh: &PolygonMesh, edge_length: f64) -> PolyhedronTiling {
-    tile_polyhedron(mesh, edge_length, &PolyhedronOptions::default(), &Monitor::new()).expect("a polyhedron")
+    tile_polyhedron(mesh, Some(edge_length), &PolyhedronOptions::default(), &Monitor::new()).expect("a polyhedron")
 }
 
 fn counts(result: &PolyhedronTiling) -> [usize; 2] {
@@ -256,8 +256,9 @@ fn stretch(mesh: &mut PolygonMesh) {
 fn a_face_without_c_indices_is_named() {
     // Two corners of 60 degrees and one of 60 are a triangle; a face of two corners cannot be one, nor does it exist. A
     // triangle mesh always works; no edge length does not.
-    let error = tile_polyhedron(&tetrahedron(), 0.0, &PolyhedronOptions::default(), &Monitor::new()).expect_err("zero");
-    assert!(matches!(error, SurfaceError::EdgeLength { .. }));
+    let error =
+        tile_polyhedron(&tetrahedron(), Some(0.0), &PolyhedronOptions::default(), &Monitor::new()).expect_err("zero");
+    assert!(matches!(error, PolygonsError::Surface(SurfaceError::EdgeLength { .. })));
 }
 
 #[test]

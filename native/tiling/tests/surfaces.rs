@@ -193,7 +193,6 @@ fn divided(design: &PatchDesign, patches: usize, tried: &mut usize) -> Option<Pa
     if *tried > 60 {
         return None;
     }
-    let mut design = design.clone();
     let proposals = design.admissible_partitions(part, &Monitor::new()).expect("not cancelled");
     // As the paper's figure: halves of equal defect, then three flat parts about a point.
     let wanted = |defects: &[i32]| match defects {
@@ -202,9 +201,7 @@ fn divided(design: &PatchDesign, patches: usize, tried: &mut usize) -> Option<Pa
         _ => false,
     };
     for proposal in proposals.iter().filter(|proposal| wanted(&proposal.defects)).take(6) {
-        let mut next = design.clone();
-        next.divide(part, proposal);
-        if let Some(found) = divided(&next, patches, tried) {
+        if let Some(found) = divided(&design.divided(part, proposal), patches, tried) {
             return Some(found);
         }
     }

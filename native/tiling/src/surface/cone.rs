@@ -15,6 +15,7 @@ use mesh::Monitor;
 const LONGEST: usize = 5;
 
 /// The tiling of an outline, slit open where that was needed.
+#[derive(Debug, Clone)]
 pub(super) struct Filling {
     pub tiling: Tiling,
     /// The outline as it was filled, from its corner `start` on; with a slit, that comes last, in and out.

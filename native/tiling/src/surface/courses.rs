@@ -70,7 +70,7 @@ pub(super) fn code(patch: &Patch, courses: &[Course]) -> Vec<u8> {
 }
 
 /// How far a patch is from an outline that may have a tiling: 0 when nothing speaks against it.
-fn fault(patch: &Patch, courses: &[Course]) -> u32 {
+pub(super) fn fault(patch: &Patch, courses: &[Course]) -> u32 {
     let code = code(patch, courses);
     let sharp = code.iter().filter(|&&angle| angle < 2).count() as u32;
     if sharp > 0 {

@@ -81,7 +81,7 @@ pub(super) fn cut(mesh: &TriangleMesh, marked: &[[u32; 2]], monitor: &Monitor) -
 }
 
 /// The parts between cuts.
-fn pieces(mesh: &TriangleMesh, edges: &BTreeSet<[u32; 2]>) -> Vec<Piece> {
+pub(super) fn pieces(mesh: &TriangleMesh, edges: &BTreeSet<[u32; 2]>) -> Vec<Piece> {
     let topology = Topology::of_triangles(mesh);
     let is_cut =
         |h: u32| topology.twin[h as usize] == NONE || edges.contains(&sorted(topology.from(h), topology.to(h)));

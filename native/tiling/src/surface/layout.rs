@@ -22,10 +22,10 @@ use std::f64::consts::{FRAC_PI_6, PI, TAU};
 use std::sync::Arc as Shared;
 
 /// A vertex turns a corner by more than this, in units of 30 degrees.
-const TURN: f64 = 0.5;
+pub(super) const TURN: f64 = 0.5;
 
 /// A smooth stretch gets a corner when it turns by more than this, in units of 30 degrees: less is better left to its ends.
-const LEAST_TURN: f64 = 0.75;
+pub(super) const LEAST_TURN: f64 = 0.75;
 
 /// The shortest distance between corners of one border, in edges.
 const APART: f64 = 1.3;
@@ -51,7 +51,7 @@ pub(super) struct Layout {
 
 /// Lines of the surface before partitions: their vertices, and whether they are borders or marked.
 pub(super) struct Chains {
-    paths: Vec<Vec<u32>>,
+    pub paths: Vec<Vec<u32>>,
     pub is_line: Vec<bool>,
     /// Line and segment of each edge.
     at: BTreeMap<[u32; 2], (usize, usize)>,
@@ -61,9 +61,9 @@ pub(super) struct Chains {
 
 /// A surface in charts, with the lines between them: what no partition changes.
 pub(super) struct Base {
-    cut: Cut,
+    pub cut: Cut,
     pub chains: Chains,
-    creases: Vec<Vec<[glam::DVec2; 2]>>,
+    pub creases: Vec<Vec<[glam::DVec2; 2]>>,
     pub edge_length: f64,
     pub corner_angle: f64,
 }
@@ -71,10 +71,10 @@ pub(super) struct Base {
 /// A surface on its way to a patch graph: regions, some of them not flat yet.
 #[derive(Clone)]
 pub(super) struct Draft {
-    base: Shared<Base>,
+    pub base: Shared<Base>,
     pub regions: Vec<Region>,
     /// Number of the next curve.
-    next: usize,
+    pub next: usize,
 }
 
 impl Draft {
@@ -146,7 +146,7 @@ impl Draft {
 }
 
 /// Angle defect of each vertex inside, radians, over the triangles at it: what each of them holds.
-fn vertex_curvature(mesh: &TriangleMesh) -> Vec<f64> {
+pub(super) fn vertex_curvature(mesh: &TriangleMesh) -> Vec<f64> {
     let topology = Topology::of_triangles(mesh);
     let mut defect = vec![TAU; mesh.positions.len()];
     let mut count = vec![0.0; mesh.positions.len()];
@@ -164,7 +164,7 @@ fn vertex_curvature(mesh: &TriangleMesh) -> Vec<f64> {
 }
 
 /// Borders, marked lines and cuts as paths between the vertices where they meet.
-fn chains(cut: &Cut) -> Chains {
+pub(super) fn chains(cut: &Cut) -> Chains {
     let topology = Topology::of_triangles(&cut.mesh);
     let mut is_line: BTreeMap<[u32; 2], bool> = cut.edges.iter().map(|&e| (e, cut.marked.contains(&e))).collect();
     for h in topology.edges().filter(|&h| topology.is_border(h)) {
@@ -213,7 +213,7 @@ fn chains(cut: &Cut) -> Chains {
 }
 
 /// The border of a chart as runs along lines: the line, whether backwards, and the first border vertex of the run.
-fn runs(cut: &Cut, chains: &Chains, chart: usize) -> Vec<(usize, bool, usize)> {
+pub(super) fn runs(cut: &Cut, chains: &Chains, chart: usize) -> Vec<(usize, bool, usize)> {
     let chart = &cut.charts[chart];
     let n = chart.border.len();
     let vertex = |k: usize| chart.origin[chart.border[k % n] as usize];
@@ -233,7 +233,7 @@ fn runs(cut: &Cut, chains: &Chains, chart: usize) -> Vec<(usize, bool, usize)> {
     starts.iter().map(|&k| (step(k).0, step(k).2, k)).collect()
 }
 
-fn lines(cut: &Cut, chains: &Chains) -> Vec<Shared<Line>> {
+pub(super) fn lines(cut: &Cut, chains: &Chains) -> Vec<Shared<Line>> {
     let mut images = vec![[None, None]; chains.paths.len()];
     for (c, chart) in cut.charts.iter().enumerate() {
         let n = chart.border.len();
@@ -261,7 +261,7 @@ fn lines(cut: &Cut, chains: &Chains) -> Vec<Shared<Line>> {
 
 /// Corners within a stretch of border, as the step after which each comes and its turn in units of 30 degrees: where the
 /// turn so far, given at each vertex between, passes equal parts of the whole.
-fn inserted(turns: &[f64], lengths: &[f64], edge_length: f64) -> Vec<(usize, i32)> {
+pub(super) fn inserted(turns: &[f64], lengths: &[f64], edge_length: f64) -> Vec<(usize, i32)> {
     let whole: f64 = turns.iter().sum();
     let count = if whole.abs() < LEAST_TURN { 0 } else { whole.round() as i32 };
     let length: f64 = lengths.iter().sum();
@@ -293,7 +293,7 @@ fn inserted(turns: &[f64], lengths: &[f64], edge_length: f64) -> Vec<(usize, i32
 }
 
 /// Turns at the inner vertices of a run, to the left as the chart walks it, and the lengths of its segments.
-fn turns_of_run(
+pub(super) fn turns_of_run(
     cut: &Cut,
     chains: &Chains,
     chart: usize,
@@ -430,7 +430,7 @@ fn region(
 }
 
 /// Edges with a sharp bend that no line follows, in each chart.
-fn creases(cut: &Cut) -> Vec<Vec<[glam::DVec2; 2]>> {
+pub(super) fn creases(cut: &Cut) -> Vec<Vec<[glam::DVec2; 2]>> {
     let of_chart = |chart: &Chart| {
         let topology = Topology::of_triangles(&chart.mesh);
         let sharp = topology.edges().filter(|&h| !topology.is_border(h)).filter(|&h| {

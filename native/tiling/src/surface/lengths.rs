@@ -35,23 +35,11 @@ const TIME: Duration = Duration::from_secs(60);
 
 /// Edges of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Steps {
+pub(super) struct Steps {
     /// Edges in the side's direction.
     pub straight: u32,
     /// Pairs of edges, one to the left and one to the right.
     pub pairs: u32,
-}
-
-impl Steps {
-    /// How long the side is in the plane, in edges.
-    pub fn chord(self) -> f64 {
-        f64::from(self.straight) + 3f64.sqrt() * f64::from(self.pairs)
-    }
-
-    /// Number of edges.
-    pub fn edges(self) -> u32 {
-        self.straight + 2 * self.pairs
-    }
 }
 
 /// The variables of a side: whether it has edges in its direction, whether pairs, and how many of each.

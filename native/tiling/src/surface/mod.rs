@@ -14,7 +14,8 @@
 //! index, so borders of patches are shared without stitching), `fill` (4.2.2: other tilings of the same surface), `shape` (4.2.4), `panels` (what a schedule needs).
 //!
 //! **The paper's own way** ([`Partition::Paper`]) has fewer irregular vertices, larger patches and no seam along the border, but may
-//! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand),
+//! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand;
+//! `given` takes a graph that was drawn, which `inscribe` puts into the surface),
 //! `assemble` (the `patch_graph`), `lengths` and `courses` (problem 11), `paving` (tiles), then `shape` as above.
 //!
 //! Deviations of the expansion: defects sit at vertices of the triangulation, where the paper's sit
@@ -28,8 +29,11 @@ mod courses;
 mod curve;
 mod cut;
 mod fill;
+mod fold;
+mod given;
 mod guided;
 mod input;
+mod inscribe;
 mod layout;
 mod lengths;
 mod panels;
@@ -40,23 +44,30 @@ mod pattern;
 mod paving;
 mod polyhedron;
 mod region;
+mod regular;
 mod search;
 mod shape;
+mod unfold;
+mod zigzag;
 
+pub use fold::{FoldError, FoldOptions, Folding, Gluing, fold};
+pub use given::{DrawnGraph, GraphError, GraphFault};
 pub use guided::{PatchDesign, Proposal};
-pub use lengths::Steps;
 pub use panels::Panel;
 pub use patch_graph::{Corner, NoCIndices, Patch, PatchGraph, Side};
-pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_polyhedron};
-pub use shape::ShapeOptions;
+pub use paving::PatchTiles;
+pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_faces};
+pub use shape::{Along, ShapeOptions};
+pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
 
 use crate::TilingError;
 use input::Input;
 use layout::{Draft, TOLERANCES};
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
-use paper::Paper;
+use paper::{Kept, Paper};
 use pattern::Pattern;
 use solve::SolveError;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use surface::remesh::RemeshError;
 use surface::resample::ResampleError;
@@ -129,6 +140,13 @@ pub enum Fill {
     },
 }
 
+impl Fill {
+    /// Which of the tilings of a patch.
+    fn seed(self) -> u64 {
+        if let Self::Random { seed, .. } = self { seed } else { 0 }
+    }
+}
+
 /// Why a surface cannot be tiled.
 #[derive(Debug, thiserror::Error)]
 pub enum SurfaceError {
@@ -190,6 +208,9 @@ pub enum SurfaceError {
     /// Faces without c-indices.
     #[error(transparent)]
     Polygons(#[from] NoCIndices),
+    /// A patch graph that was given cannot be the partition.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
     /// The surface cannot be cut into disks that can be laid flat, or one of them not be divided.
     #[error(
         "no partition into flat patches was found; mark edges that divide the surface, use smaller panels, or the expansion"
@@ -198,6 +219,9 @@ pub enum SurfaceError {
     /// No side lengths close all patches, or a patch has no tiling.
     #[error("no partition has side lengths that close all patches and leave each a tiling; choose another edge length")]
     NoLengths,
+    /// The patch graph cannot be edited so.
+    #[error(transparent)]
+    Edit(#[from] EditError),
     /// The plane solver failed.
     #[error("a patch could not be filled: {0}")]
     Filling(TilingError),
@@ -230,6 +254,8 @@ pub struct SurfaceTiling {
     pub interior_vertices: usize,
     /// The patches of [`Partition::Paper`], if it was asked for and found.
     pub patch_graph: Option<PatchGraph>,
+    /// Which panels belong to which of these patches; `None` with [`Fill::Random`], whose tiles lie across sides.
+    pub patch_tiles: Option<PatchTiles>,
     /// Of these, patches that got other side lengths than the best, because these admit no tiling.
     pub relengthened_patches: Vec<u32>,
     /// Of these, patches that got rhombi, having no tiling without.
@@ -238,8 +264,25 @@ pub struct SurfaceTiling {
     pub patches: usize,
     /// Those of them that got another tiling.
     pub changed_patches: usize,
+    /// What the edit that led here changed; nothing in a tiling that is none's result.
+    pub edit: Edit,
     /// Seconds by stage, in order.
     pub stages: Vec<(&'static str, Duration)>,
+    kept: Option<Kept>,
+}
+
+impl SurfaceTiling {
+    /// The same surface with zigzags on sides of its patch graph (section 4.3, Fig. 13), besides those that are there.
+    ///
+    /// Sides and patches keep their indices. Only the patches beside sides that change get other tiles; with
+    /// [`Fill::Random`] all are drawn anew, for its tiles lie across sides. All vertices are shaped anew.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Edit`]; cancelled. Costs a small integer programme, the tilings of the patches that change, and
+    /// shaping.
+    pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
+        self.kept.as_ref().ok_or(EditError::NoPatches)?.zigzagged(zigzags, monitor)
+    }
 }
 
 /// Covers a surface by triangles and quads whose edges are about `edge_length` long, in scene units.
@@ -266,7 +309,7 @@ pub fn tile_surface(
         start = Instant::now();
     };
     monitor.stage("checking", 0.0)?;
-    let input = Input::new(surface, edge_length, options, monitor)?;
+    let input = Arc::new(Input::new(surface, edge_length, options, monitor)?);
     lap(0);
     let tolerances: &[f64] = if options.partition == Partition::Paper { &TOLERANCES } else { &[] };
     for &tolerance in tolerances {
@@ -274,7 +317,7 @@ pub fn tile_surface(
             && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
             && paper.turned.is_empty()
         {
-            return paper.measured(edge_length, stages);
+            return paper.measured(stages);
         }
     }
     let mut attempts = Vec::new();
@@ -298,6 +341,7 @@ pub fn tile_surface(
     Ok(SurfaceTiling {
         edge_length: best.edge_length,
         patch_graph: None,
+        patch_tiles: None,
         relengthened_patches: Vec::new(),
         patches_with_rhombi: Vec::new(),
         patches: best.refilled.0,
@@ -307,7 +351,9 @@ pub fn tile_surface(
         turned: best.turned,
         defects: defects.into_iter().collect(),
         interior_vertices,
+        edit: Edit::default(),
         stages,
+        kept: None,
     })
 }
 

@@ -5,38 +5,59 @@ use super::input::Input;
 use super::layout::{Draft, Layout};
 use super::panels::{self, Panel};
 use super::partition::WARY;
-use super::patch_graph::PatchGraph;
 use super::pattern::{Pattern, Place};
 use super::paving::{Paving, pave};
+use super::zigzag::{Edit, Zigzag, zigzagged};
 use super::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, fill, shape};
 use crate::Kind;
 use glam::DVec2;
 use mesh::{DVec3, Monitor, PolygonMesh};
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-/// A surface tiled by its patch graph.
+/// A surface with the patches that it was divided into: what edits of the patch graph do not change.
+pub(super) struct Ground {
+    input: Arc<Input>,
+    draft: Draft,
+    layout: Layout,
+    edge_length: f64,
+    options: SurfaceOptions,
+}
+
+/// A surface tiled by its patch graph, kept with what is needed to tile it anew.
 pub(super) struct Paper {
-    pub pattern: Pattern,
-    pub kinds: Vec<Kind>,
+    ground: Arc<Ground>,
+    paving: Paving,
+    pattern: Pattern,
+    kinds: Vec<Kind>,
     pub turned: Vec<u32>,
     /// As [`super::Attempt::refilled`].
-    pub refilled: (usize, usize),
-    pub graph: PatchGraph,
-    pub relengthened: Vec<u32>,
-    pub with_rhombi: Vec<u32>,
+    refilled: (usize, usize),
+}
+
+/// What a tiled surface keeps for edits of its patch graph.
+#[derive(Clone)]
+pub(super) struct Kept {
+    ground: Arc<Ground>,
+    paving: Arc<Paving>,
+}
+
+impl std::fmt::Debug for Kept {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Kept").finish_non_exhaustive()
+    }
 }
 
 impl Paper {
     /// Divides what is not flat yet, and tiles. `None` when there is no patch graph, or no lengths for it.
     pub fn new(
-        input: &Input,
+        input: &Arc<Input>,
         draft: &Draft,
         edge_length: f64,
         options: &SurfaceOptions,
         lap: &mut impl FnMut(usize),
         monitor: &Monitor,
     ) -> Result<Option<Self>, SurfaceError> {
-        let seed = if let Fill::Random { seed, .. } = options.fill { seed } else { 0 };
         let mut best: Option<(Layout, Paving)> = None;
         for mixed in WARY {
             let mut draft = draft.clone();
@@ -45,7 +66,7 @@ impl Paper {
             }
             let Some(layout) = draft.layout() else { continue };
             lap(1);
-            let Some(paving) = pave(&layout.graph, edge_length, seed, monitor)? else { continue };
+            let Some(paving) = pave(&layout.graph, edge_length, options.fill.seed(), monitor)? else { continue };
             lap(2);
             if best.as_ref().is_none_or(|(_, known)| paving.rhombi() < known.rhombi()) {
                 best = Some((layout, paving));
@@ -55,41 +76,43 @@ impl Paper {
             }
         }
         lap(1);
-        let Some((layout, mut paving)) = best else { return Ok(None) };
-        let mut pattern = placed(draft.charts(), &layout, &paving, monitor)?;
+        let Some((layout, paving)) = best else { return Ok(None) };
+        let (input, draft) = (Arc::clone(input), draft.clone());
+        let ground = Arc::new(Ground { input, draft, layout, edge_length, options: options.clone() });
+        Self::shaped(ground, paving, lap, monitor).map(Some)
+    }
+
+    /// Puts the tiles on the surface.
+    fn shaped(
+        ground: Arc<Ground>,
+        paving: Paving,
+        lap: &mut impl FnMut(usize),
+        monitor: &Monitor,
+    ) -> Result<Self, SurfaceError> {
+        let mut kinds = paving.kinds.clone();
+        let mut pattern = placed(ground.draft.charts(), &ground.layout, &paving, monitor)?;
         let mut refilled = (0, 0);
-        if let Fill::Random { seed, patch_panels } = options.fill {
+        if let Fill::Random { seed, patch_panels } = ground.options.fill {
             // Across the sides of patches too.
             refilled = fill::refill(&mut pattern, patch_panels, seed, monitor)?;
-            for (kind, tile) in paving.kinds.iter_mut().zip(&pattern.tiles).filter(|(kind, _)| **kind != Kind::Rhombus)
-            {
+            for (kind, tile) in kinds.iter_mut().zip(&pattern.tiles).filter(|(kind, _)| **kind != Kind::Rhombus) {
                 *kind = if tile.len() == 3 { Kind::Triangle } else { Kind::Square };
             }
         }
         lap(2);
-        let turned = shape::shape(&input.mesh, &layout.curves, &mut pattern, options.shape, monitor)?;
+        let curves = &ground.layout.curves;
+        let turned = shape::shape(&ground.input.mesh, curves, &mut pattern, ground.options.shape, monitor)?;
         lap(3);
-        Ok(Some(Self {
-            pattern,
-            kinds: paving.kinds,
-            turned,
-            refilled,
-            graph: layout.graph,
-            relengthened: paving.relengthened,
-            with_rhombi: paving.with_rhombi,
-        }))
+        Ok(Self { ground, paving, pattern, kinds, turned, refilled })
     }
 
     /// The result, measured.
-    pub fn measured(
-        self,
-        edge_length: f64,
-        stages: Vec<(&'static str, Duration)>,
-    ) -> Result<SurfaceTiling, SurfaceError> {
+    pub fn measured(self, stages: Vec<(&'static str, Duration)>) -> Result<SurfaceTiling, SurfaceError> {
         let mesh = PolygonMesh::from_polygons(self.pattern.positions, &self.pattern.tiles)?;
         let (defects, interior_vertices) = panels::defects(&mesh);
+        let is_whole = self.ground.options.fill == Fill::Regular;
         Ok(SurfaceTiling {
-            edge_length,
+            edge_length: self.ground.edge_length,
             patches: self.refilled.0,
             changed_patches: self.refilled.1,
             panels: Panel::all(&mesh, &self.kinds),
@@ -97,11 +120,33 @@ impl Paper {
             turned: self.turned,
             defects: defects.into_iter().collect(),
             interior_vertices,
-            patch_graph: Some(self.graph),
-            relengthened_patches: self.relengthened,
-            patches_with_rhombi: self.with_rhombi,
+            patch_graph: Some(self.ground.layout.graph.clone()),
+            patch_tiles: is_whole.then(|| self.paving.patch_tiles()),
+            relengthened_patches: self.paving.relengthened.clone(),
+            patches_with_rhombi: self.paving.with_rhombi.clone(),
+            edit: Edit::default(),
             stages,
+            kept: Some(Kept { ground: self.ground, paving: Arc::new(self.paving) }),
         })
+    }
+}
+
+impl Kept {
+    /// The surface with zigzags.
+    pub fn zigzagged(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<SurfaceTiling, SurfaceError> {
+        let Ground { layout, edge_length, options, .. } = &*self.ground;
+        let mut stages = ["fill", "shape"].map(|stage| (stage, Duration::ZERO)).to_vec();
+        let mut start = Instant::now();
+        let seed = options.fill.seed();
+        let found = zigzagged(&layout.graph, &self.paving, zigzags, *edge_length, seed, monitor)?;
+        let (paving, edit) = found;
+        // Laps of Paper::shaped: 2 fills, 3 shapes.
+        let mut lap = |stage: usize| {
+            stages[stage - 2].1 += start.elapsed();
+            start = Instant::now();
+        };
+        let tiled = Paper::shaped(Arc::clone(&self.ground), paving, &mut lap, monitor)?;
+        Ok(SurfaceTiling { edit, ..tiled.measured(stages)? })
     }
 }
 

@@ -101,6 +101,16 @@ impl PatchGraph {
         uses
     }
 
+    /// The graph with every point moved.
+    #[must_use]
+    pub fn moved(&self, to: impl Fn(DVec3) -> DVec3) -> Self {
+        let mut moved = self.clone();
+        for p in moved.sides.iter_mut().flat_map(|side| &mut side.points).chain(&mut moved.nodes) {
+            *p = to(*p);
+        }
+        moved
+    }
+
     /// Nodes less sides plus patches.
     pub fn euler_characteristic(&self) -> i64 {
         self.nodes.len() as i64 - self.sides.len() as i64 + self.patches.len() as i64
@@ -111,7 +121,7 @@ impl PatchGraph {
     /// With `cones`, a face whose angles, rounded, leave a defect of 30 or 60 degrees keeps it at a point inside.
     ///
     /// # Errors
-    /// [`NoCIndices`]: the faces that have none, since no angles of 60 to 300 degrees close a loop of so few edges.
+    /// [`NoCIndices`]: the faces that have none, since a corner of theirs has no angle or no angles of 60 to 300 degrees close.
     pub fn of_polygons(mesh: &mesh::PolygonMesh, cones: bool) -> Result<Self, NoCIndices> {
         let mut graph = Self { nodes: mesh.positions.clone(), ..Self::default() };
         let mut side_of = BTreeMap::new();
@@ -120,12 +130,18 @@ impl PatchGraph {
             let face = mesh.face(f);
             let points: Vec<DVec3> = mesh.face_points(f).collect();
             let n = face.len();
+            let up = mesh::face_normal(&points);
             let angles: Vec<f64> = (0..n)
                 .map(|k| {
                     let (before, after) = (points[(k + n - 1) % n] - points[k], points[(k + 1) % n] - points[k]);
-                    before.angle_between(after).to_degrees() / 30.0
+                    let angle = before.angle_between(after).to_degrees() / 30.0;
+                    if after.cross(before).dot(up) < 0.0 { 12.0 - angle } else { angle }
                 })
                 .collect();
+            if angles.iter().any(|angle| !angle.is_finite()) {
+                without.push(f as u32);
+                continue;
+            }
             let rounded: i32 = angles.iter().map(|angle| 6 - angle.round() as i32).sum();
             let defect = if cones && (1..=2).contains(&(12 - rounded)) { 12 - rounded } else { 0 };
             let Some(c_indices) = closing_c_indices(&angles, &vec![None; n], defect) else {
@@ -151,7 +167,10 @@ impl PatchGraph {
 
 /// Faces without c-indices.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{} faces have no corner angles that close, the first is {}; divide them", faces.len(), faces[0])]
+#[error(
+    "{} faces have no corner angles that close, the first is {}; merge vertices at one place there, or divide the faces",
+    faces.len(), faces[0]
+)]
 pub struct NoCIndices {
     /// The faces.
     pub faces: Vec<u32>,

@@ -9,7 +9,7 @@
 use super::SurfaceError;
 use super::cone::{Filling, fill_cone};
 use super::courses::{Course, code, courses};
-use super::lengths::{Perimeter, Steps, side_steps};
+use super::lengths::{Perimeter, side_steps};
 use super::patch_graph::{Patch, PatchGraph};
 use crate::plane::Point;
 use crate::rhombi::tile_with_rhombi;
@@ -34,12 +34,17 @@ const TRIANGLE_WEIGHT: f64 = 0.288_675_134_594_812_9;
 const SQUARE_WEIGHT: f64 = 0.5;
 
 /// What each patch was filled with.
+#[derive(Debug)]
 pub(super) struct Paving {
     /// Edges of each side.
-    pub steps: Vec<Steps>,
+    pub courses: Vec<Course>,
+    /// The tiling of each patch.
+    pub filled: Vec<Filling>,
     /// Vertices of each tile, counter-clockwise.
     pub tiles: Vec<Vec<u32>>,
     pub kinds: Vec<Kind>,
+    /// Patch of each tile.
+    pub patch_of: Vec<u32>,
     /// Vertices along each side, its nodes included; nodes come first, so a node's vertex has its index.
     pub along: Vec<Vec<u32>>,
     pub sheets: Vec<Sheet>,
@@ -50,6 +55,7 @@ pub(super) struct Paving {
 }
 
 /// The tiles of one patch, with the vertices along a slit there twice.
+#[derive(Debug)]
 pub(super) struct Sheet {
     /// Vertex of the result for each of the sheet's own: around the outline first, from corner 0 of a flat patch.
     pub vertices: Vec<u32>,
@@ -118,7 +124,7 @@ pub(super) fn pave(
         with_rhombi.push(p as u32);
     }
     let filled: Vec<Filling> = filled.into_iter().flatten().collect();
-    Ok(Some(stitch(graph, steps, &chosen, &filled, relengthened, with_rhombi)))
+    Ok(Some(stitch(graph, chosen, filled, relengthened, with_rhombi)))
 }
 
 /// A tiling of each patch where there is one.
@@ -129,34 +135,43 @@ fn fill_all(
     monitor: &Monitor,
 ) -> Result<Vec<Option<Filling>>, SurfaceError> {
     let count = graph.patches.len() as f64;
-    let options = Options { memory: MEMORY };
     let fill = |(p, patch): (usize, &Patch)| {
         monitor.stage("filling", p as f64 / count)?;
-        let code = code(patch, courses);
-        let defect = patch.total_interior_defect();
-        let filling = if defect == 0 {
-            let Ok(boundary) = Boundary::new(&code) else { return Ok(None) };
-            find_tiling(&boundary, seed, &options, monitor)
-                .map(|tiling| tiling.map(|tiling| Filling { tiling, boundary, start: 0, slit: 0 }))
-        } else {
-            fill_cone(&code, defect, seed, &options, monitor)
-        };
-        match filling {
-            Ok(filling) => Ok(filling),
-            Err(TilingError::Memory { .. }) => Ok(None),
-            Err(TilingError::Cancelled(cancelled)) => Err(cancelled.into()),
-            Err(error) => Err(SurfaceError::Filling(error)),
-        }
+        fill_patch(patch, courses, seed, monitor)
     };
     graph.patches.iter().enumerate().map(fill).collect()
 }
 
-/// Numbers the vertices: nodes, then those along sides, then those inside patches.
-fn stitch(
-    graph: &PatchGraph,
-    steps: Vec<Steps>,
+/// A tiling of a patch; `None` when there is none, or none within the memory.
+pub(super) fn fill_patch(
+    patch: &Patch,
     courses: &[Course],
-    filled: &[Filling],
+    seed: u64,
+    monitor: &Monitor,
+) -> Result<Option<Filling>, SurfaceError> {
+    let options = Options { memory: MEMORY };
+    let code = code(patch, courses);
+    let defect = patch.total_interior_defect();
+    let filling = if defect == 0 {
+        let Ok(boundary) = Boundary::new(&code) else { return Ok(None) };
+        find_tiling(&boundary, seed, &options, monitor)
+            .map(|tiling| tiling.map(|tiling| Filling { tiling, boundary, start: 0, slit: 0 }))
+    } else {
+        fill_cone(&code, defect, seed, &options, monitor)
+    };
+    match filling {
+        Ok(filling) => Ok(filling),
+        Err(TilingError::Memory { .. }) => Ok(None),
+        Err(TilingError::Cancelled(cancelled)) => Err(cancelled.into()),
+        Err(error) => Err(SurfaceError::Filling(error)),
+    }
+}
+
+/// Numbers the vertices: nodes, then those along sides, then those inside patches.
+pub(super) fn stitch(
+    graph: &PatchGraph,
+    courses: Vec<Course>,
+    filled: Vec<Filling>,
     relengthened: Vec<u32>,
     with_rhombi: Vec<u32>,
 ) -> Paving {
@@ -168,14 +183,14 @@ fn stitch(
     let along: Vec<Vec<u32>> = graph
         .sides
         .iter()
-        .zip(courses)
+        .zip(&courses)
         .map(|(side, course)| {
             let inner = (1..course.len()).map(|_| fresh()).collect::<Vec<_>>();
             [&side.ends[..1], &inner, &side.ends[1..]].concat()
         })
         .collect();
-    let (mut tiles, mut kinds, mut sheets) = (Vec::new(), Vec::new(), Vec::new());
-    for (patch, filling) in graph.patches.iter().zip(filled) {
+    let (mut tiles, mut kinds, mut sheets, mut patch_of) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for ((p, patch), filling) in (0..).zip(&graph.patches).zip(&filled) {
         let mut vertices = Vec::new();
         for corner in &patch.corners {
             let side = &along[corner.side as usize];
@@ -205,14 +220,32 @@ fn stitch(
             let corners: Vec<u32> = corners.collect();
             tiles.push(corners.iter().map(|&v| vertices[v as usize]).collect());
             kinds.push(tile.kind);
+            patch_of.push(p);
             sheet_tiles.push(corners);
         }
         sheets.push(Sheet { vertices, outline, slit: filling.slit, tiles: sheet_tiles });
     }
-    Paving { steps, tiles, kinds, along, sheets, vertex_count: count as usize, relengthened, with_rhombi }
+    let vertex_count = count as usize;
+    Paving { courses, filled, tiles, kinds, patch_of, along, sheets, vertex_count, relengthened, with_rhombi }
+}
+
+/// Which tiles and vertices belong to which patches and sides.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct PatchTiles {
+    /// Patch of each face.
+    pub patch_of: Vec<u32>,
+    /// Vertices along each side, as it runs, its nodes included. A node's vertex has the node's index.
+    pub along: Vec<Vec<u32>>,
+    /// Direction of each edge of a side less that of the side, in units of 30 degrees: 0 straight on, 1 to the left, -1 to
+    /// the right.
+    pub courses: Vec<Vec<i8>>,
 }
 
 impl Paving {
+    pub fn patch_tiles(&self) -> PatchTiles {
+        PatchTiles { patch_of: self.patch_of.clone(), along: self.along.clone(), courses: self.courses.clone() }
+    }
+
     pub fn rhombi(&self) -> usize {
         self.kinds.iter().filter(|&&kind| kind == Kind::Rhombus).count()
     }

@@ -4,12 +4,13 @@
 //! squares where there is such a polyhedron, as the paper's b3D.
 
 use super::SurfaceError;
-use super::lengths::Steps;
 use super::panels::{self, Panel};
 use super::patch_graph::PatchGraph;
-use super::paving::{at_equal_steps, pave};
-use super::shape::regularise;
+use super::paving::{PatchTiles, Paving, at_equal_steps, pave};
+use super::regular::{REGULAR, regularise};
+use super::zigzag::{Edit, Zigzag, zigzagged};
 use mesh::{DVec3, Monitor, PolygonMesh};
+use std::sync::Arc;
 
 /// How far vertices inside cones are lifted off their faces before shaping, in edges: the faces are flat to begin with,
 /// and must know which way to bulge.
@@ -23,7 +24,7 @@ pub struct PolyhedronOptions {
     pub cones: bool,
     /// Which of the tilings of each face.
     pub seed: u64,
-    /// Rounds of shaping. Default 400; 0 leaves the faces as flat as they were.
+    /// Rounds of shaping before Newton's method. Default 400; 0 leaves the faces as flat as they were.
     pub rounds: usize,
 }
 
@@ -42,25 +43,31 @@ pub struct PolyhedronTiling {
     pub panels: Vec<Panel>,
     /// The patches, sides and nodes.
     pub patch_graph: PatchGraph,
-    /// Edges of each side.
-    pub steps: Vec<Steps>,
+    /// Which panels belong to which patches.
+    pub patch_tiles: PatchTiles,
     /// Vertices whose combinatorial angle defect is not zero, and the defect in units of 30 degrees.
     pub defects: Vec<(u32, i32)>,
+    /// The greatest departure of an edge from the mean edge, and of a quad's diagonal from sqrt 2, in edges.
+    pub irregularity: f64,
     /// Patches that got other side lengths than the best, because these admit no tiling.
     pub relengthened_patches: Vec<u32>,
     /// Patches that got rhombi, having no tiling without.
     pub patches_with_rhombi: Vec<u32>,
+    /// What the edit that led here changed; nothing in a tiling that is none's result.
+    pub edit: Edit,
+    kept: Kept,
 }
 
-/// Tiles the faces of a polygon mesh by triangles and squares with edges of about `edge_length`, scene units.
-///
-/// # Errors
-/// [`SurfaceError::Polygons`] for faces without c-indices, [`SurfaceError::NoLengths`] when no side lengths close all
-/// faces or a face has no tiling; [`SurfaceError::EdgeLength`]; cancelled.
-///
-/// # Source
-/// Peng et al. 2018, section 5.1, Fig. 14. Costs one integer programme over the sides.
-pub fn tile_polyhedron(
+/// What edits of the patch graph need.
+#[derive(Debug, Clone)]
+struct Kept {
+    paving: Arc<Paving>,
+    edge_length: f64,
+    options: PolyhedronOptions,
+}
+
+/// Tiles the faces of an oriented manifold; see [`crate::tile_polyhedron`].
+pub fn tile_faces(
     polyhedron: &PolygonMesh,
     edge_length: f64,
     options: &PolyhedronOptions,
@@ -71,6 +78,36 @@ pub fn tile_polyhedron(
     }
     let patch_graph = PatchGraph::of_polygons(polyhedron, options.cones)?;
     let paving = pave(&patch_graph, edge_length, options.seed, monitor)?.ok_or(SurfaceError::NoLengths)?;
+    shaped(patch_graph, paving, Edit::default(), edge_length, options, monitor)
+}
+
+impl PolyhedronTiling {
+    /// Whether all panels are equilateral triangles and squares of one edge length, to a millionth of it.
+    pub fn is_regular(&self) -> bool {
+        self.irregularity < REGULAR
+    }
+
+    /// The same polyhedron with zigzags on sides of its patch graph, as [`super::SurfaceTiling::zigzag`].
+    ///
+    /// # Errors
+    /// [`SurfaceError::Edit`]; cancelled.
+    pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
+        let Kept { paving, edge_length, options } = &self.kept;
+        let graph = &self.patch_graph;
+        let (paving, edit) = zigzagged(graph, paving, zigzags, *edge_length, options.seed, monitor)?;
+        shaped(graph.clone(), paving, edit, *edge_length, options, monitor)
+    }
+}
+
+/// Gives the tiles their places and shapes them.
+fn shaped(
+    patch_graph: PatchGraph,
+    paving: Paving,
+    edit: Edit,
+    edge_length: f64,
+    options: &PolyhedronOptions,
+    monitor: &Monitor,
+) -> Result<PolyhedronTiling, SurfaceError> {
     let mut positions = vec![DVec3::ZERO; paving.vertex_count];
     for (side, along) in patch_graph.sides.iter().zip(&paving.along) {
         for (&v, p) in along.iter().zip(at_equal_steps(&side.points, along.len() - 1)) {
@@ -86,15 +123,18 @@ pub fn tile_polyhedron(
             positions[v as usize] = p + lift;
         }
     }
-    regularise(&paving.tiles, &mut positions, options.rounds, monitor)?;
+    let irregularity = regularise(&paving.tiles, &mut positions, options.rounds, monitor)?;
     let mesh = PolygonMesh::from_polygons(positions, &paving.tiles)?;
     Ok(PolyhedronTiling {
         panels: Panel::all(&mesh, &paving.kinds),
         defects: panels::defects(&mesh).0.into_iter().collect(),
         mesh,
         patch_graph,
-        steps: paving.steps,
-        relengthened_patches: paving.relengthened,
-        patches_with_rhombi: paving.with_rhombi,
+        irregularity,
+        patch_tiles: paving.patch_tiles(),
+        relengthened_patches: paving.relengthened.clone(),
+        patches_with_rhombi: paving.with_rhombi.clone(),
+        edit,
+        kept: Kept { paving: Arc::new(paving), edge_length, options: options.clone() },
     })
 }

@@ -1,18 +1,27 @@
 //! Moves the vertices of a pattern so that its tiles become regular and flat, near the surface (section 4.2.4).
 //!
-//! One local-global solver for all aims: each tile asks for the regular polygon nearest to it, of one size for all tiles
-//! (Euclidean regularity, equal edges and planarity at once); each vertex for the point of the surface, or of its curve,
-//! nearest to it. The wishes are met in the least-squares sense by one linear system whose matrix never changes, so it is
-//! factored once. Deviation: the paper runs three optimisers one after another, with a general solver.
+//! One local-global solver for all aims of the paper, each a wish for vertices, met in the least-squares sense:
+//! - *regularity*: each tile asks for the regular polygon nearest to it, of one size for all tiles (the Euclidean regularity);
+//! - *uniformity*, the paper's global regularity: each edge asks for the mean length of all edges, each diagonal of a quad for
+//!   that of all diagonals;
+//! - *planarity*: each quad asks for its corners' projections onto the plane nearest to them;
+//! - *closeness*: each vertex asks for the point of the surface, or of its curve, nearest to it;
+//! - *fairness*, relative: each vertex asks for the discrete curvature vector that it had before it left the surface.
+//!
+//! The matrix of the wishes never changes in a phase, so it is factored once. Deviation: the paper runs three optimisers one
+//! after another, with a general solver.
 //!
 //! Tiles that ask for more room than there is would buckle out of the surface. So the first rounds put every vertex back on
-//! it, and only the last let it off, for planarity. Steps that turn a tile over are halved, at that tile's vertices only; those that would turn it at any length are left out.
+//! it, and only the last let it off, for planarity. Steps that turn a tile over are halved, at that tile's vertices only;
+//! those that would turn it at any length are left out.
 
 use super::SurfaceError;
 use super::curve::Curve;
 use super::pattern::{Pattern, Place};
-use mesh::{DVec3, Monitor, NONE, TriangleMesh};
+use super::regular::{mean_edge, nearest_regular};
+use mesh::{DVec3, Monitor, NONE, TriangleMesh, sorted};
 use solve::cholesky::Factor;
+use std::collections::BTreeMap;
 use surface::closest::ClosestPoint;
 
 /// Weight of a place on a curve against that of a tile, 1.
@@ -27,21 +36,64 @@ const TIP: f64 = 10.0;
 /// How often a step is halved where it turns tiles over, before it is left out.
 const HALVINGS: usize = 4;
 
-/// How hard to shape.
+/// How hard to shape, and for what. Weights are against regularity, whose weight is 1 for each tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeOptions {
     /// Rounds on the surface, for regularity. Default 60; 0 leaves the pattern as it was laid.
     pub rounds: usize,
     /// Rounds near the surface, for planarity. Default 15.
     pub flattening_rounds: usize,
-    /// Weight of closeness to the surface against regularity in the latter, above 0. Default 1.
+    /// Weight of closeness to the surface in the latter, for each vertex, above 0. Default 1.
     pub closeness: f64,
+    /// Weight of planarity in the latter, for each quad. Default 0: regular quads are flat too.
+    pub planarity: f64,
+    /// Weight of relative fairness in the latter, for each vertex. Default 0.
+    pub fairness: f64,
+    /// Weight of one length for all edges and one for all diagonals, for each of them, in all rounds. Default 0.
+    pub uniformity: f64,
+    /// What vertices on borders may do.
+    pub borders: Along,
+    /// What vertices on marked and sharp edges may do.
+    pub features: Along,
 }
 
 impl Default for ShapeOptions {
     fn default() -> Self {
-        Self { rounds: 60, flattening_rounds: 15, closeness: 1.0 }
+        Self {
+            rounds: 60,
+            flattening_rounds: 15,
+            closeness: 1.0,
+            planarity: 0.0,
+            fairness: 0.0,
+            uniformity: 0.0,
+            borders: Along::Slide,
+            features: Along::Slide,
+        }
     }
+}
+
+/// How vertices keep to a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Along {
+    /// They move along it.
+    Slide,
+    /// They stay where they were laid, at equal steps.
+    Keep,
+}
+
+/// Weights of the wishes in one phase, regularity apart.
+#[derive(Clone, Copy)]
+struct Aims {
+    closeness: f64,
+    planarity: f64,
+    fairness: f64,
+    uniformity: f64,
+}
+
+/// The wishes' matrix, factored, and what vertices that cannot move add to the right-hand side.
+struct System {
+    factor: Factor,
+    pinned: Vec<DVec3>,
 }
 
 struct Shaper<'a> {
@@ -50,6 +102,9 @@ struct Shaper<'a> {
     curves: &'a [Curve],
     pattern: &'a Pattern,
     tiles_at: Vec<Vec<u32>>,
+    edges: Vec<[u32; 2]>,
+    /// Vertices an edge away from each.
+    beside: Vec<Vec<u32>>,
     /// Segment of its curve that each vertex was last nearest to.
     segment: Vec<usize>,
     /// Triangle of the surface that each vertex was last nearest to.
@@ -66,10 +121,18 @@ pub(super) fn shape(
 ) -> Result<Vec<u32>, SurfaceError> {
     let count = pattern.positions.len();
     let mut tiles_at = vec![Vec::new(); count];
+    let mut uses: BTreeMap<[u32; 2], u8> = BTreeMap::new();
     for (t, tile) in pattern.tiles.iter().enumerate() {
-        for &v in tile {
+        for (k, &v) in tile.iter().enumerate() {
             tiles_at[v as usize].push(t as u32);
+            *uses.entry(sorted(v, tile[(k + 1) % tile.len()])).or_default() += 1;
         }
+    }
+    keep(pattern, curves, &uses, options);
+    let mut beside = vec![Vec::new(); count];
+    for &[a, b] in uses.keys() {
+        beside[a as usize].push(b);
+        beside[b as usize].push(a);
     }
     let mut shaper = Shaper {
         surface,
@@ -77,19 +140,27 @@ pub(super) fn shape(
         curves,
         pattern,
         tiles_at,
+        edges: uses.into_keys().collect(),
+        beside,
         segment: vec![0; count],
         triangle: vec![NONE; count],
     };
     let mut positions = shaper.placed(&pattern.positions, monitor)?;
-    let phases = [(options.rounds, SLIDING, true), (options.flattening_rounds, options.closeness, false)];
+    let ShapeOptions { closeness, planarity, fairness, uniformity, .. } = options;
+    let bound = Aims { closeness: SLIDING, planarity: 0.0, fairness: 0.0, uniformity };
+    let free = Aims { closeness, planarity, fairness, uniformity };
     let all = (options.rounds + options.flattening_rounds) as f64;
     let mut done = 0;
-    for (rounds, closeness, is_bound) in phases {
-        let factor = shaper.factor(closeness)?;
+    for (rounds, aims, is_bound) in [(options.rounds, bound, true), (options.flattening_rounds, free, false)] {
+        if rounds == 0 {
+            continue;
+        }
+        let system = shaper.system(aims)?;
+        let curvature = shaper.curvature(&positions);
         for _ in 0..rounds {
             monitor.stage("shaping", f64::from(done) / all)?;
             done += 1;
-            let mut wish = shaper.step(&positions, &factor, closeness, monitor)?;
+            let mut wish = shaper.step(&positions, &system, aims, &curvature, monitor)?;
             if is_bound {
                 for (v, p) in wish.iter_mut().enumerate() {
                     *p = shaper.nearest(v, *p);
@@ -154,24 +225,64 @@ impl Shaper<'_> {
     }
 
     /// Fixed vertices are no unknowns but rows of their own: x = place.
-    fn factor(&self, closeness: f64) -> Result<Factor, SurfaceError> {
+    fn system(&self, aims: Aims) -> Result<System, SurfaceError> {
+        let count = self.pattern.positions.len();
         let mut triplets = Vec::new();
-        for v in 0..self.pattern.positions.len() {
-            let weight = if self.is_fixed(v) { 1.0 } else { self.weight(v, closeness) };
-            triplets.push((v, v, weight));
-        }
+        let mut pinned = vec![DVec3::ZERO; count];
+        // An entry of the matrix; both halves of it are given.
+        let mut add = |row: u32, column: u32, value: f64| match [row, column].map(|v| self.is_fixed(v as usize)) {
+            [false, false] if row >= column => triplets.push((row as usize, column as usize, value)),
+            [false, true] => pinned[row as usize] -= value * self.pattern.positions[column as usize],
+            _ => {}
+        };
         for tile in &self.pattern.tiles {
             let n = tile.len() as f64;
+            let weight = if tile.len() == 4 { 1.0 + aims.planarity } else { 1.0 };
             for &a in tile {
                 for &b in tile {
-                    let (a, b) = (a as usize, b as usize);
-                    if a >= b && !self.is_fixed(a) && !self.is_fixed(b) {
-                        triplets.push((a, b, if a == b { 1.0 - 1.0 / n } else { -1.0 / n }));
+                    add(a, b, weight * if a == b { 1.0 - 1.0 / n } else { -1.0 / n });
+                }
+            }
+        }
+        if aims.uniformity > 0.0 {
+            for &[a, b] in self.edges.iter().chain(&self.diagonals()) {
+                for (row, column, sign) in [(a, a, 1.0), (b, b, 1.0), (a, b, -1.0), (b, a, -1.0)] {
+                    add(row, column, sign * aims.uniformity);
+                }
+            }
+        }
+        if aims.fairness > 0.0 {
+            for v in (0..count).filter(|&v| self.pattern.places[v] == Place::Free) {
+                let star = self.star(v);
+                for &(a, p) in &star {
+                    for &(b, q) in &star {
+                        add(a, b, aims.fairness * p * q);
                     }
                 }
             }
         }
-        Ok(Factor::new(self.pattern.positions.len(), &triplets)?)
+        for v in 0..count {
+            triplets.push((v, v, if self.is_fixed(v) { 1.0 } else { self.weight(v, aims.closeness) }));
+        }
+        Ok(System { factor: Factor::new(count, &triplets)?, pinned })
+    }
+
+    /// The discrete curvature vector at a vertex, as a sum over these: the vertex less the mean of its neighbours.
+    fn star(&self, v: usize) -> Vec<(u32, f64)> {
+        let beside = &self.beside[v];
+        let share = -1.0 / beside.len().max(1) as f64;
+        std::iter::once((v as u32, 1.0)).chain(beside.iter().map(|&w| (w, share))).collect()
+    }
+
+    fn curvature(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        (0..positions.len())
+            .map(|v| self.star(v).iter().map(|&(w, share)| share * positions[w as usize]).sum())
+            .collect()
+    }
+
+    fn diagonals(&self) -> Vec<[u32; 2]> {
+        let quads = self.pattern.tiles.iter().filter(|tile| tile.len() == 4);
+        quads.flat_map(|tile| [[tile[0], tile[2]], [tile[1], tile[3]]]).collect()
     }
 
     fn is_fixed(&self, v: usize) -> bool {
@@ -182,34 +293,55 @@ impl Shaper<'_> {
     fn step(
         &mut self,
         positions: &[DVec3],
-        factor: &Factor,
-        closeness: f64,
+        system: &System,
+        aims: Aims,
+        curvature: &[DVec3],
         monitor: &Monitor,
     ) -> Result<Vec<DVec3>, SurfaceError> {
         let count = positions.len();
         let edge = mean_edge(&self.pattern.tiles, positions);
-        let mut right = vec![DVec3::ZERO; count];
+        let mut right = system.pinned.clone();
         for (v, &p) in positions.iter().enumerate() {
             if v % 4096 == 0 {
                 monitor.check()?;
             }
-            let weight = self.weight(v, closeness);
-            right[v] = if self.is_fixed(v) { self.pattern.positions[v] } else { weight * self.nearest(v, p) };
+            right[v] += self.weight(v, aims.closeness) * self.nearest(v, p);
         }
         for tile in &self.pattern.tiles {
             let up = self.up(tile, positions);
-            let wanted = regular(tile, positions, edge, is_turned(tile, positions, up).then_some(up));
-            let n = tile.len() as f64;
-            let pinned: DVec3 =
-                tile.iter().filter(|&&v| self.is_fixed(v as usize)).map(|&v| self.pattern.positions[v as usize]).sum();
+            let wanted = nearest_regular(tile, positions, edge, is_turned(tile, positions, up).then_some(up));
             for (&v, &q) in tile.iter().zip(&wanted) {
-                if !self.is_fixed(v as usize) {
-                    right[v as usize] += q + pinned / n;
+                right[v as usize] += q;
+            }
+            if aims.planarity > 0.0 && tile.len() == 4 {
+                for (&v, q) in tile.iter().zip(flattened(tile, positions)) {
+                    right[v as usize] += aims.planarity * q;
                 }
             }
         }
+        if aims.uniformity > 0.0 {
+            for lines in [self.edges.as_slice(), &self.diagonals()] {
+                let length = |&[a, b]: &[u32; 2]| positions[a as usize].distance(positions[b as usize]);
+                let mean = lines.iter().map(length).sum::<f64>() / lines.len().max(1) as f64;
+                for &[a, b] in lines {
+                    let along = (positions[a as usize] - positions[b as usize]).normalize_or_zero();
+                    right[a as usize] += aims.uniformity * mean * along;
+                    right[b as usize] -= aims.uniformity * mean * along;
+                }
+            }
+        }
+        if aims.fairness > 0.0 {
+            for v in (0..count).filter(|&v| self.pattern.places[v] == Place::Free) {
+                for (w, share) in self.star(v) {
+                    right[w as usize] += aims.fairness * share * curvature[v];
+                }
+            }
+        }
+        for v in (0..count).filter(|&v| self.is_fixed(v)) {
+            right[v] = self.pattern.positions[v];
+        }
         let mut sides: Vec<Vec<f64>> = (0..3).map(|axis| right.iter().map(|p| p[axis]).collect()).collect();
-        factor.solve_many(&mut sides)?;
+        system.factor.solve_many(&mut sides)?;
         Ok((0..count).map(|v| DVec3::new(sides[0][v], sides[1][v], sides[2][v])).collect())
     }
 
@@ -268,95 +400,33 @@ impl Shaper<'_> {
     }
 }
 
-/// Weight of a vertex's last place while a mesh without a surface is shaped: what keeps it from drifting.
-const RESTING: f64 = 0.02;
-
-/// Shapes a mesh that has no surface to keep to, for regularity alone: equilateral triangles and squares of one edge length
-/// where its combinatorics allow them.
-pub(super) fn regularise(
-    tiles: &[Vec<u32>],
-    positions: &mut [DVec3],
-    rounds: usize,
-    monitor: &Monitor,
-) -> Result<(), SurfaceError> {
-    let mut triplets: Vec<(usize, usize, f64)> = (0..positions.len()).map(|v| (v, v, RESTING)).collect();
-    for tile in tiles {
-        let n = tile.len() as f64;
-        for &a in tile {
-            for &b in tile.iter().filter(|&&b| b <= a) {
-                triplets.push((a as usize, b as usize, if a == b { 1.0 - 1.0 / n } else { -1.0 / n }));
-            }
-        }
-    }
-    let factor = Factor::new(positions.len(), &triplets)?;
-    for round in 0..rounds {
-        monitor.stage("shaping", round as f64 / rounds as f64)?;
-        let edge = mean_edge(tiles, positions);
-        let mut right: Vec<DVec3> = positions.iter().map(|&p| RESTING * p).collect();
-        for tile in tiles {
-            for (&v, q) in tile.iter().zip(regular(tile, positions, edge, None)) {
-                right[v as usize] += q;
-            }
-        }
-        let mut sides: Vec<Vec<f64>> = (0..3).map(|axis| right.iter().map(|p| p[axis]).collect()).collect();
-        factor.solve_many(&mut sides)?;
-        for (v, p) in positions.iter_mut().enumerate() {
-            *p = DVec3::new(sides[0][v], sides[1][v], sides[2][v]);
-        }
-    }
-    Ok(())
-}
-
 /// Whether a corner of a tile faces away from `up`.
 fn is_turned(tile: &[u32], positions: &[DVec3], up: DVec3) -> bool {
     let at = |k: usize| positions[tile[k % tile.len()] as usize];
     (0..tile.len()).any(|k| (at(k + 1) - at(k)).cross(at(k + tile.len() - 1) - at(k)).dot(up) <= 0.0)
 }
 
-/// The mean of the edges' lengths; inner edges count twice.
-pub(super) fn mean_edge(tiles: &[Vec<u32>], positions: &[DVec3]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0);
-    for tile in tiles {
-        for k in 0..tile.len() {
-            let ends = [tile[k], tile[(k + 1) % tile.len()]].map(|v| positions[v as usize]);
-            sum += ends[0].distance(ends[1]);
-            count += 1;
-        }
-    }
-    sum / f64::from(count.max(1))
+/// Corners of a quad, relative to their centre, on the plane nearest to them.
+fn flattened(tile: &[u32], positions: &[DVec3]) -> [DVec3; 4] {
+    let p: [DVec3; 4] = std::array::from_fn(|k| positions[tile[k] as usize]);
+    let centre = p.iter().sum::<DVec3>() / 4.0;
+    let normal = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
+    p.map(|p| (p - centre) - (p - centre).dot(normal) * normal)
 }
 
-/// Corners, relative to their centre, of the regular polygon with this edge that is nearest to a tile.
-///
-/// With A and B the sums of the corners times cosine and sine of their place on the circle, the best plane directions are
-/// the orthonormal pair nearest to (A, B): its polar factor.
-/// For a tile that is turned over, `up` says where it ought to face; the nearest polygon is then sought in that plane.
-fn regular(tile: &[u32], positions: &[DVec3], edge: f64, up: Option<DVec3>) -> Vec<DVec3> {
-    let n = tile.len() as f64;
-    let turn = |k: usize| std::f64::consts::TAU * k as f64 / n;
-    let (mut a, mut b) = (DVec3::ZERO, DVec3::ZERO);
-    for (k, &v) in tile.iter().enumerate() {
-        a += turn(k).cos() * positions[v as usize];
-        b += turn(k).sin() * positions[v as usize];
+/// Fixes the vertices on borders and on features where these are to be kept.
+fn keep(pattern: &mut Pattern, curves: &[Curve], uses: &BTreeMap<[u32; 2], u8>, options: ShapeOptions) {
+    let mut on_border = vec![false; pattern.positions.len()];
+    for (edge, _) in uses.iter().filter(|(_, uses)| **uses == 1) {
+        for &v in edge {
+            on_border[v as usize] = true;
+        }
     }
-    let radius = edge / (2.0 * (std::f64::consts::PI / n).sin());
-    let polygon =
-        |u: DVec3, w: DVec3| (0..tile.len()).map(|k| radius * (turn(k).cos() * u + turn(k).sin() * w)).collect();
-    if let Some(up) = up {
-        let along = a + b.cross(up);
-        let u = (along - along.dot(up) * up).try_normalize().unwrap_or_else(|| up.any_orthonormal_vector());
-        return polygon(u, up.cross(u));
+    for (v, is_border) in on_border.into_iter().enumerate() {
+        let along = if is_border { options.borders } else { options.features };
+        if let (Place::OnCurve(curve), Along::Keep) = (pattern.places[v], along) {
+            pattern.positions[v] = curves[curve as usize].project(pattern.positions[v]).0;
+            pattern.places[v] = Place::Fixed;
+        }
     }
-    let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
-    // The inverse square root of [[aa, ab], [ab, bb]], by its closed form.
-    let root = (aa * bb - ab * ab).max(0.0).sqrt();
-    let trace = (aa + bb + 2.0 * root).sqrt();
-    if root <= 1e-12 * (aa + bb) {
-        let centre = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / n;
-        return tile.iter().map(|&v| positions[v as usize] - centre).collect();
-    }
-    let scale = 1.0 / (root * trace);
-    let u = scale * ((bb + root) * a - ab * b);
-    let w = scale * ((aa + root) * b - ab * a);
-    polygon(u, w)
 }
