@@ -12,6 +12,7 @@ use super::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, fill, shape};
 use crate::Kind;
 use glam::DVec2;
 use mesh::{DVec3, Monitor, PolygonMesh};
+use num_bigint::BigUint;
 use std::time::Duration;
 
 /// A surface tiled by its patch graph.
@@ -22,6 +23,7 @@ pub(super) struct Paper {
     /// As [`super::Attempt::refilled`].
     pub refilled: (usize, usize),
     pub graph: PatchGraph,
+    pub counts: Vec<Option<BigUint>>,
     pub relengthened: Vec<u32>,
     pub with_rhombi: Vec<u32>,
 }
@@ -36,16 +38,17 @@ impl Paper {
         lap: &mut impl FnMut(usize),
         monitor: &Monitor,
     ) -> Result<Option<Self>, SurfaceError> {
-        let seed = if let Fill::Random { seed, .. } = options.fill { seed } else { 0 };
         let mut best: Option<(Layout, Paving)> = None;
         for mixed in WARY {
             let mut draft = draft.clone();
             if !draft.finish(mixed, monitor)? {
-                continue;
+                break;
             }
             let Some(layout) = draft.layout() else { continue };
             lap(1);
-            let Some(paving) = pave(&layout.graph, edge_length, seed, monitor)? else { continue };
+            let Some(paving) = pave(&layout.graph, edge_length, options.fill, options.fill.mixes(), monitor)? else {
+                continue;
+            };
             lap(2);
             if best.as_ref().is_none_or(|(_, known)| paving.rhombi() < known.rhombi()) {
                 best = Some((layout, paving));
@@ -75,6 +78,7 @@ impl Paper {
             turned,
             refilled,
             graph: layout.graph,
+            counts: paving.counts,
             relengthened: paving.relengthened,
             with_rhombi: paving.with_rhombi,
         }))
@@ -98,6 +102,7 @@ impl Paper {
             defects: defects.into_iter().collect(),
             interior_vertices,
             patch_graph: Some(self.graph),
+            tiling_counts: self.counts,
             relengthened_patches: self.relengthened,
             patches_with_rhombi: self.with_rhombi,
             stages,

@@ -3,12 +3,12 @@
 //! There is no surface to keep to: the mesh is shaped for regularity alone, and becomes one of equilateral triangles and
 //! squares where there is such a polyhedron, as the paper's b3D.
 
-use super::SurfaceError;
 use super::lengths::Steps;
 use super::panels::{self, Panel};
 use super::patch_graph::PatchGraph;
 use super::paving::{at_equal_steps, pave};
 use super::shape::regularise;
+use super::{Fill, SurfaceError};
 use mesh::{DVec3, Monitor, PolygonMesh};
 
 /// How far vertices inside cones are lifted off their faces before shaping, in edges: the faces are flat to begin with,
@@ -70,7 +70,8 @@ pub fn tile_polyhedron(
         return Err(SurfaceError::EdgeLength { edge_length, diagonal: polyhedron.diagonal() });
     }
     let patch_graph = PatchGraph::of_polygons(polyhedron, options.cones)?;
-    let paving = pave(&patch_graph, edge_length, options.seed, monitor)?.ok_or(SurfaceError::NoLengths)?;
+    let fill = Fill::Random { seed: options.seed, patch_panels: 0 };
+    let paving = pave(&patch_graph, edge_length, fill, false, monitor)?.ok_or(SurfaceError::NoLengths)?;
     let mut positions = vec![DVec3::ZERO; paving.vertex_count];
     for (side, along) in patch_graph.sides.iter().zip(&paving.along) {
         for (&v, p) in along.iter().zip(at_equal_steps(&side.points, along.len() - 1)) {
