@@ -8,6 +8,7 @@ use super::layout::{Base, Layout};
 use super::patch_graph::{Corner, Patch, PatchGraph, Side};
 use super::pattern::Place;
 use super::region::{Arc, Line, Region, Spot};
+use glam::DVec2;
 use mesh::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Arc as Shared;
@@ -50,6 +51,11 @@ pub(super) fn assemble(base: &Base, regions: &[Region]) -> Option<Layout> {
     }
     for (id, at) in &mut breaks {
         merge(&lines[id], at, MERGE * base.edge_length);
+    }
+    for id in lines.keys().copied().collect::<Vec<_>>() {
+        if let Some(drawn) = drawn_to_its_nodes(&lines[&id], &lines, &breaks) {
+            lines.insert(id, drawn);
+        }
     }
     let (mut curves, mut curve_of) = (Vec::new(), BTreeMap::new());
     for (&id, line) in lines.iter().filter(|(id, _)| base.chains.is_line.get(**id) == Some(&true)) {
@@ -94,6 +100,50 @@ fn merge(line: &Line, breaks: &mut Vec<Break>, near: f64) {
         }
         same
     });
+}
+
+/// A curve that ends on another where a break became one with its neighbour, drawn to end there; older curves come first. `None`
+/// where it does already.
+fn drawn_to_its_nodes(
+    line: &Line,
+    lines: &BTreeMap<usize, Shared<Line>>,
+    breaks: &BTreeMap<usize, Vec<Break>>,
+) -> Option<Shared<Line>> {
+    let last = line.points.len() - 1;
+    let mut shifts = [DVec3::ZERO; 2];
+    let mut flat_shifts = [[DVec2::ZERO; 2]; 2];
+    for end in 0..2 {
+        let Spot::On(target, t) = &line.ends[end] else { continue };
+        let Some(target) = lines.get(&target.id) else { continue };
+        let of_target = &breaks[&target.id];
+        let to = of_target[nearest(target, of_target, *t)].t;
+        let index = end * last;
+        shifts[end] = target.point(to) - line.points[index];
+        for (side, image) in line.images.iter().enumerate() {
+            let Some(image) = image else { continue };
+            let shift = |side: usize| target.image_at(side, to).map(|p| p - image[index]);
+            let shortest = [shift(0), shift(1)].into_iter().flatten().min_by(|a, b| a.length().total_cmp(&b.length()));
+            flat_shifts[side][end] = shortest.unwrap_or(DVec2::ZERO);
+        }
+    }
+    let whole = line.length_at(line.last());
+    if shifts.iter().all(|shift| shift.length() <= ROUNDING * whole) {
+        return None;
+    }
+    let along = |k: usize| line.walked[k] / whole.max(f64::MIN_POSITIVE);
+    let points = (0..=last).map(|k| line.points[k] + shifts[0].lerp(shifts[1], along(k))).collect();
+    let images = [0, 1].map(|side| {
+        let image = line.images[side].as_ref()?;
+        let [from, to] = flat_shifts[side];
+        Some(image.iter().enumerate().map(|(k, &p)| p + from.lerp(to, along(k))).collect())
+    });
+    Some(Shared::new(Line::new(line.id, points, images, line.ends.clone())))
+}
+
+/// The break of a curve nearest to a parameter.
+fn nearest(line: &Line, breaks: &[Break], t: f64) -> usize {
+    let off = |k: usize| (line.length_at(breaks[k].t) - line.length_at(t)).abs();
+    (0..breaks.len()).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0)
 }
 
 impl Assembly<'_> {
@@ -156,19 +206,12 @@ impl Assembly<'_> {
         Place::OnCurve(curve)
     }
 
-    /// The break of a curve nearest to a parameter.
-    fn nearest(&self, line: &Line, t: f64) -> usize {
-        let breaks = &self.breaks[&line.id];
-        let off = |k: usize| (line.length_at(breaks[k].t) - line.length_at(t)).abs();
-        (0..breaks.len()).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0)
-    }
-
     fn node_of(&self, spot: &Spot) -> Option<u32> {
         match spot {
             Spot::Node(v) => self.of_vertex.get(v).copied(),
             Spot::Centre(hub) => self.of_centre.get(hub).copied(),
             Spot::On(line, t) => {
-                let k = self.nearest(line, *t);
+                let k = nearest(line, &self.breaks[&line.id], *t);
                 if k == 0 || k + 1 == self.breaks[&line.id].len() {
                     self.node_of(&line.ends[usize::from(k > 0)])
                 } else {
@@ -197,7 +240,8 @@ impl Assembly<'_> {
             let (mut patch, mut of_patch) = (Patch::default(), Vec::new());
             for (arc, &c) in region.arcs.iter().zip(&region.corners) {
                 let breaks = &self.breaks[&arc.line.id];
-                let (from, to) = (self.nearest(&arc.line, arc.from), self.nearest(&arc.line, arc.to));
+                let line = &self.lines[&arc.line.id];
+                let (from, to) = (nearest(line, breaks, arc.from), nearest(line, breaks, arc.to));
                 if from == to {
                     return None;
                 }
@@ -209,7 +253,7 @@ impl Assembly<'_> {
                         side: first_side[&arc.line.id] + a.min(b) as u32,
                         reversed: arc.reversed,
                     });
-                    of_patch.push(Arc { from: breaks[a].t, to: breaks[b].t, ..arc.clone() });
+                    of_patch.push(Arc { line: line.clone(), from: breaks[a].t, to: breaks[b].t, ..arc.clone() });
                 }
             }
             graph.patches.push(patch);

@@ -3,13 +3,19 @@
 use super::cut::Piece;
 use glam::DVec2;
 use mesh::{DVec3, NONE, Topology, TriangleMesh};
+use std::f64::consts::{FRAC_PI_6, TAU};
 use surface::parametrize::{Flat, lscm};
 
 /// A chart is refused when lengths in it are scaled by more than this, smallest to greatest.
 const MOST_STRETCH: f64 = 12.0;
 
-/// Cells across, of the grid on which curvature is gathered.
+/// Most cells across, of the grid on which curvature is gathered, and the least size of a cell, in edges: bumps smaller than
+/// that are noise to panels.
 const CELLS: f64 = 16.0;
+const GRAIN: f64 = 2.5;
+
+/// Parts of a border that cross by less than this, as a fraction of the map's size, touch: the two sides of a cut do.
+const TOUCHING: f64 = 1e-6;
 
 /// A disk and its map.
 pub(super) struct Chart {
@@ -56,19 +62,38 @@ impl Chart {
         self.flat.locate(p).map_or(DVec3::ZERO, |location| location.point(&self.mesh))
     }
 
-    /// Curvature inside a polygon, in units of 30 degrees.
-    pub fn curvature_within(&self, polygon: &[DVec2]) -> f64 {
-        let inside = self.curvature.iter().filter(|(p, _)| contains(polygon, *p)).map(|(_, k)| k);
-        inside.sum::<f64>() / std::f64::consts::FRAC_PI_6
+    /// Curvature inside a polygon, positive and negative, in units of 30 degrees.
+    pub fn curvature_within(&self, polygon: &[DVec2]) -> [f64; 2] {
+        let (low, high) = polygon.iter().fold((polygon[0], polygon[0]), |(l, h), &p| (l.min(p), h.max(p)));
+        let is_inside = |p: DVec2| p.cmpge(low).all() && p.cmple(high).all() && contains(polygon, p);
+        signed(self.curvature.iter().filter(|(p, _)| is_inside(*p)).map(|(_, k)| *k))
     }
 
-    /// Gathers the curvature of the triangles, radians, on a grid.
-    pub fn gather(&mut self, of_vertex: &[f64]) {
+    /// Curvature of the whole chart, positive and negative, in units of 30 degrees.
+    pub fn whole_curvature(&self) -> [f64; 2] {
+        signed(self.curvature.iter().map(|(_, k)| *k))
+    }
+
+    /// Area in space.
+    pub fn area(&self) -> f64 {
+        (0..self.mesh.triangles.len()).map(|t| self.mesh.area_normal(t).length() / 2.0).sum()
+    }
+
+    /// Gathers the curvature of the triangles, radians at each of their vertices, on a grid.
+    pub fn gather(&mut self, of_vertex: &[f64], edge_length: f64) {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for &p in &self.flat.uv {
             (low, high) = (low.min(p), high.max(p));
         }
-        let cell = ((high - low).max_element() / CELLS).max(f64::MIN_POSITIVE);
+        let flat_area: f64 = self
+            .mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(|v| self.flat.uv[v as usize]))
+            .map(|[a, b, c]| (b - a).perp_dot(c - a) / 2.0)
+            .sum();
+        let scale = (flat_area / self.area().max(f64::MIN_POSITIVE)).sqrt();
+        let cell = ((high - low).max_element() / CELLS).max(GRAIN * edge_length * scale).max(f64::MIN_POSITIVE);
         let mut cells = std::collections::BTreeMap::new();
         for corners in &self.mesh.triangles {
             let middle = corners.iter().map(|&v| self.flat.uv[v as usize]).sum::<DVec2>() / 3.0;
@@ -81,6 +106,29 @@ impl Chart {
         }
         self.curvature = cells.into_values().map(|(sum, curvature, count)| (sum / count, curvature)).collect();
     }
+}
+
+/// Sums of what is positive and what is negative, radians into units of 30 degrees.
+pub(super) fn signed(curvatures: impl Iterator<Item = f64>) -> [f64; 2] {
+    curvatures.fold([0.0, 0.0], |[plus, minus], k| [plus + k.max(0.0) / FRAC_PI_6, minus + k.min(0.0) / FRAC_PI_6])
+}
+
+/// Angle defect of each vertex inside, radians, over the triangles at it: what each of them holds.
+pub(super) fn vertex_curvature(mesh: &TriangleMesh) -> Vec<f64> {
+    let topology = Topology::of_triangles(mesh);
+    let mut defect = vec![TAU; mesh.positions.len()];
+    let mut count = vec![0.0; mesh.positions.len()];
+    for t in 0..mesh.triangles.len() {
+        let p = mesh.points(t);
+        for k in 0..3 {
+            let v = mesh.triangles[t][k] as usize;
+            defect[v] -= (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
+            count[v] += 1.0;
+        }
+    }
+    (0..defect.len())
+        .map(|v| if topology.is_border_vertex(v as u32) || count[v] == 0.0 { 0.0 } else { defect[v] / count[v] })
+        .collect()
 }
 
 /// A one-to-one conformal map; `None` when it folds, overlaps or stretches too much.
@@ -111,13 +159,26 @@ fn flattened(mesh: &TriangleMesh, border: &[u32]) -> Option<Flat> {
     (at(0.99) <= MOST_STRETCH * at(0.01)).then_some(flat)
 }
 
-/// Whether a closed polygon does not cross itself.
+/// Whether a closed polygon does not cross itself; parts that touch do not cross.
 fn is_simple(polygon: &[DVec2]) -> bool {
     let n = polygon.len();
-    (0..n).all(|i| {
-        (i + 2..n)
-            .filter(|&j| (j + 1) % n != i)
-            .all(|j| !cross([polygon[i], polygon[i + 1]], [polygon[j], polygon[(j + 1) % n]]))
+    let (low, high) = polygon.iter().fold((polygon[0], polygon[0]), |(l, h), &p| (l.min(p), h.max(p)));
+    let touching = TOUCHING * (high - low).max_element();
+    // By their lowest x, so that each is compared with those beside it only.
+    let segment = |k: usize| [polygon[k], polygon[(k + 1) % n]];
+    let left = |k: usize| segment(k)[0].x.min(segment(k)[1].x);
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| left(a).total_cmp(&left(b)).then(a.cmp(&b)));
+    order.iter().enumerate().all(|(k, &i)| {
+        let [a, b] = segment(i);
+        let right = a.x.max(b.x);
+        order[k + 1..].iter().take_while(|&&j| left(j) <= right).all(|&j| {
+            let [c, d] = segment(j);
+            let along = (b - a).normalize_or_zero();
+            let off = [c, d].map(|p| along.perp_dot(p - a));
+            let is_neighbour = (i + 1) % n == j || (j + 1) % n == i;
+            is_neighbour || off[0].abs().min(off[1].abs()) <= touching || !cross([a, b], [c, d])
+        })
     })
 }
 

@@ -10,6 +10,7 @@ use crate::tile::Tiling;
 use crate::tilings::find_tiling;
 use crate::{Boundary, Certificate, Options, TilingError};
 use mesh::Monitor;
+use num_bigint::BigUint;
 
 /// Most edges of a slit.
 const LONGEST: usize = 5;
@@ -23,6 +24,8 @@ pub(super) struct Filling {
     pub start: usize,
     /// Edges of the slit, each of which is there twice; 0 for a flat patch.
     pub slit: usize,
+    /// How many tilings there were to choose from, where that is known.
+    pub count: Option<BigUint>,
 }
 
 /// Fills a cone, given its boundary code and its defect; `None` when no slit of a few edges admits a tiling.
@@ -59,7 +62,7 @@ pub(super) fn fill_cone(
                     continue;
                 }
                 if let Some(tiling) = find_tiling(&boundary, seed, options, monitor)? {
-                    return Ok(Some(Filling { tiling, boundary, start, slit: length }));
+                    return Ok(Some(Filling { tiling, boundary, start, slit: length, count: None }));
                 }
             }
         }

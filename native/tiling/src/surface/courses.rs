@@ -18,6 +18,9 @@ pub(super) type Course = Vec<i8>;
 const ROUNDS: usize = 60;
 const SEED: u64 = 5;
 
+/// Orders drawn at random for a side of edges and pairs.
+const SHUFFLES: usize = 6;
+
 /// Ways to go along a side: pairs that start to the left, to the right, or half of them each; before, after or amid the
 /// edges of its own direction.
 fn ways(steps: Steps) -> Vec<Course> {
@@ -74,32 +77,126 @@ pub(super) fn fault(patch: &Patch, courses: &[Course]) -> u32 {
     let code = code(patch, courses);
     let sharp = code.iter().filter(|&&angle| angle < 2).count() as u32;
     if sharp > 0 {
-        return 4 + sharp;
+        return 5 + sharp;
     }
     if patch.total_interior_defect() != 0 {
         return 0;
     }
     match Boundary::new(&code) {
-        Err(_) => 3,
+        Err(_) => 4,
         Ok(boundary) => {
             let certificate = Certificate::new(boundary.directions());
-            if certificate.refutes() { 1 + u32::from(certificate.refutes_rhombi()) } else { 0 }
+            if certificate.refutes() {
+                2 + u32::from(certificate.refutes_rhombi())
+            } else {
+                u32::from(certificate.border_conflict(boundary.directions()).is_some())
+            }
         }
     }
 }
 
-/// The course of each side.
-pub(super) fn courses(graph: &PatchGraph, steps: &[Steps], monitor: &Monitor) -> Result<Vec<Course>, Cancelled> {
-    let ways: Vec<Vec<Course>> = steps.iter().map(|&steps| ways(steps)).collect();
-    let mut courses: Vec<Course> = ways.iter().map(|ways| ways[0].clone()).collect();
+/// Sides that take one course, the ends of rows: all of them change together.
+struct Bundle {
+    /// Each side, and whether it is walked against the first.
+    sides: Vec<(usize, bool)>,
+    /// Patches beside them.
+    beside: Vec<usize>,
+    ways: Vec<Course>,
+}
+
+impl Bundle {
+    fn set(&self, course: &Course, courses: &mut [Course]) {
+        for &(side, is_against) in &self.sides {
+            courses[side].clone_from(course);
+            if is_against {
+                courses[side].reverse();
+            }
+        }
+    }
+}
+
+/// Sides joined by rows from end to end.
+fn bundles(graph: &PatchGraph, steps: &[Steps], random: &mut Random) -> Vec<Bundle> {
+    let mut across: Vec<Vec<(usize, bool)>> = vec![Vec::new(); graph.sides.len()];
+    for patch in &graph.patches {
+        for [a, b] in patch.row_ends().into_iter().map(|pair| pair.map(|k| &patch.corners[k])) {
+            let (first, second) = (a.side as usize, b.side as usize);
+            if steps[first].pairs > 0 && steps[first].straight > 0 && steps[first] == steps[second] {
+                // Opposite sides of a patch are walked in opposite directions.
+                let is_against = a.reversed == b.reversed;
+                across[first].push((second, is_against));
+                across[second].push((first, is_against));
+            }
+        }
+    }
     let mut beside = vec![Vec::new(); graph.sides.len()];
     for (p, patch) in graph.patches.iter().enumerate() {
         for corner in &patch.corners {
             beside[corner.side as usize].push(p);
         }
     }
+    let mut known = vec![false; graph.sides.len()];
+    let mut found = Vec::new();
+    for start in 0..graph.sides.len() {
+        if std::mem::replace(&mut known[start], true) {
+            continue;
+        }
+        let mut sides = vec![(start, false)];
+        let mut next = 0;
+        while next < sides.len() {
+            let (side, is_against) = sides[next];
+            for &(other, turned) in &across[side] {
+                if !std::mem::replace(&mut known[other], true) {
+                    sides.push((other, is_against != turned));
+                }
+            }
+            next += 1;
+        }
+        let mut of_all: Vec<usize> = sides.iter().flat_map(|&(side, _)| beside[side].iter().copied()).collect();
+        of_all.sort_unstable();
+        of_all.dedup();
+        let mut ways = ways(steps[start]);
+        if steps[start].straight > 0 && steps[start].pairs > 0 {
+            // Sides of both kinds are there for variety: shuffled ones first.
+            let shuffled: Vec<Course> = (0..SHUFFLES).map(|_| shuffled(steps[start], random)).collect();
+            ways.splice(0..0, shuffled);
+        }
+        found.push(Bundle { sides, beside: of_all, ways });
+    }
+    found
+}
+
+/// A course in any order.
+fn shuffled(steps: Steps, random: &mut Random) -> Course {
+    let mut pieces: Vec<Option<bool>> = vec![None; steps.straight as usize];
+    pieces.extend((0..steps.pairs).map(|_| Some(random.bit() == 1)));
+    for k in (1..pieces.len()).rev() {
+        pieces.swap(k, random.index(k + 1));
+    }
+    let edges = |piece| match piece {
+        None => vec![0],
+        Some(true) => vec![1, -1],
+        Some(false) => vec![-1, 1],
+    };
+    pieces.into_iter().flat_map(edges).collect()
+}
+
+/// The course of each side.
+pub(super) fn courses(
+    graph: &PatchGraph,
+    steps: &[Steps],
+    seed: u64,
+    monitor: &Monitor,
+) -> Result<Vec<Course>, Cancelled> {
+    let mut random = Random::new(seed ^ SEED);
+    let bundles = bundles(graph, steps, &mut random);
+    let mut of_side = vec![0; graph.sides.len()];
+    let mut courses: Vec<Course> = vec![Course::new(); graph.sides.len()];
+    for (k, bundle) in bundles.iter().enumerate() {
+        bundle.set(&bundle.ways[0], &mut courses);
+        bundle.sides.iter().for_each(|&(side, _)| of_side[side] = k);
+    }
     let mut faults: Vec<u32> = graph.patches.iter().map(|patch| fault(patch, &courses)).collect();
-    let mut random = Random::new(SEED);
     let mut best = (faults.iter().sum::<u32>(), courses.clone());
     for _ in 0..ROUNDS {
         if best.0 == 0 {
@@ -110,19 +207,21 @@ pub(super) fn courses(graph: &PatchGraph, steps: &[Steps], monitor: &Monitor) ->
         for &p in &bad {
             for corner in &graph.patches[p].corners {
                 monitor.check()?;
-                let s = corner.side as usize;
-                let now: u32 = beside[s].iter().map(|&q| faults[q]).sum();
-                for way in &ways[s] {
-                    let before = std::mem::replace(&mut courses[s], way.clone());
-                    let after: Vec<u32> = beside[s].iter().map(|&q| fault(&graph.patches[q], &courses)).collect();
-                    if after.iter().sum::<u32>() < now {
-                        for (&q, fault) in beside[s].iter().zip(after) {
-                            faults[q] = fault;
-                        }
-                        has_gained = true;
-                        break;
+                let bundle = &bundles[of_side[corner.side as usize]];
+                let now: u32 = bundle.beside.iter().map(|&q| faults[q]).sum();
+                let before = courses[bundle.sides[0].0].clone();
+                let gain = bundle.ways.iter().find_map(|way| {
+                    bundle.set(way, &mut courses);
+                    let after: Vec<u32> = bundle.beside.iter().map(|&q| fault(&graph.patches[q], &courses)).collect();
+                    (after.iter().sum::<u32>() < now).then_some(after)
+                });
+                if let Some(after) = gain {
+                    for (&q, fault) in bundle.beside.iter().zip(after) {
+                        faults[q] = fault;
                     }
-                    courses[s] = before;
+                    has_gained = true;
+                } else {
+                    bundle.set(&before, &mut courses);
                 }
             }
         }
@@ -133,9 +232,9 @@ pub(super) fn courses(graph: &PatchGraph, steps: &[Steps], monitor: &Monitor) ->
         if !has_gained && let Some(&p) = bad.get(random.index(bad.len())) {
             // No single change helps: all sides of one faulty patch start anew.
             for corner in &graph.patches[p].corners {
-                let s = corner.side as usize;
-                courses[s].clone_from(&ways[s][random.index(ways[s].len())]);
-                for &q in &beside[s] {
+                let bundle = &bundles[of_side[corner.side as usize]];
+                bundle.set(&bundle.ways[random.index(bundle.ways.len())], &mut courses);
+                for &q in &bundle.beside {
                     faults[q] = fault(&graph.patches[q], &courses);
                 }
             }

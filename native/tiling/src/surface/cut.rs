@@ -2,15 +2,21 @@
 //!
 //! The surface is cut along marked edges first. A piece with several borders is cut along a shortest path between two of
 //! them; a closed piece, or one with handles, by the plane across the middle of its longest axis. So is a disk whose
-//! conformal map folds, overlaps itself or shrinks a part of it too much.
+//! conformal map folds, overlaps itself or shrinks a part of it too much, and one that is curved so much that the search for
+//! partitions, whose cost grows with the defect to be shared out, would find nothing good in it. (The paper cuts a sphere by
+//! hand, into six slices of 120 degrees each.)
 
-use super::chart::Chart;
+use super::chart::{Chart, vertex_curvature};
 use glam::DMat3;
 use mesh::{Cancelled, DVec3, Monitor, NONE, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 /// Most pieces; a surface that needs more has no patches larger than its panels.
 const MOST_PIECES: usize = 96;
+
+/// Pieces smaller than this, in squared edges, are not cut for their curvature; nor are any when there are so many.
+const LEAST_AREA: f64 = 30.0;
+const MANY_PIECES: usize = 48;
 
 /// A vertex this near to a cutting plane, in mean edges of the piece, counts as on it.
 const ON_PLANE: f64 = 0.12;
@@ -33,50 +39,86 @@ pub(super) struct Piece {
     pub origin: Vec<u32>,
 }
 
-/// The charts; `None` when the pieces become too many.
-pub(super) fn cut(mesh: &TriangleMesh, marked: &[[u32; 2]], monitor: &Monitor) -> Result<Option<Cut>, Cancelled> {
+/// The charts, each with less curvature of one sign than `most_curvature`, in units of 30 degrees, where it is large enough to be
+/// cut for that; `None` when the pieces become too many.
+pub(super) fn cut(
+    mesh: &TriangleMesh,
+    marked: &[[u32; 2]],
+    edge_length: f64,
+    most_curvature: f64,
+    monitor: &Monitor,
+) -> Result<Option<Cut>, Cancelled> {
     let mut mesh = mesh.clone();
     let mut marked: BTreeSet<[u32; 2]> = marked.iter().copied().collect();
     let mut edges = marked.clone();
+    // Charts of pieces that later cuts left as they were, by the triangles of the whole.
+    let mut known: BTreeMap<Vec<[u32; 3]>, Chart> = BTreeMap::new();
     loop {
         monitor.stage("cutting", 0.0)?;
         let pieces = pieces(&mesh, &edges);
         if pieces.len() > MOST_PIECES {
             return Ok(None);
         }
-        let mut charts = Vec::new();
-        let mut faulty = None;
-        for piece in pieces {
+        let mut has_cut = false;
+        for piece in &pieces {
             monitor.check()?;
-            let topology = Topology::of_triangles(&piece.mesh);
-            let loops = topology.border_loops();
-            if loops.len() > 1 {
-                faulty = Some((piece, true));
-                break;
-            }
-            match Chart::new(piece) {
-                Ok(chart) => charts.push(chart),
-                Err(piece) => {
-                    faulty = Some((piece, false));
-                    break;
-                }
-            }
-        }
-        match faulty {
-            None => return Ok(Some(Cut { mesh, marked, edges, charts })),
-            Some((piece, true)) => {
-                let path = path_between_borders(&piece);
+            if Topology::of_triangles(&piece.mesh).border_loops().len() > 1 {
+                let path = path_between_borders(piece);
                 if path.len() < 2 {
                     return Ok(None);
                 }
                 edges.extend(path.windows(2).map(|w| sorted(piece.origin[w[0] as usize], piece.origin[w[1] as usize])));
-            }
-            Some((piece, false)) => {
-                if !bisect(&mut mesh, &mut [&mut edges, &mut marked], &piece) {
-                    return Ok(None);
-                }
+                has_cut = true;
             }
         }
+        if has_cut {
+            continue;
+        }
+        let curvature = vertex_curvature(&mesh);
+        let is_many = pieces.len() >= MANY_PIECES;
+        let mut charts: Vec<(Vec<[u32; 3]>, Chart)> = Vec::new();
+        for piece in pieces {
+            monitor.check()?;
+            let key: Vec<[u32; 3]> = piece.triangles_of_whole().collect();
+            if let Some(chart) = known.remove(&key) {
+                charts.push((key, chart));
+                continue;
+            }
+            let (piece, is_needed) = match Chart::new(piece) {
+                Ok(mut chart) => {
+                    chart.gather(&curvature, edge_length);
+                    let [plus, minus] = chart.whole_curvature();
+                    let is_small = chart.area() < LEAST_AREA * edge_length.powi(2);
+                    if plus.max(-minus) <= most_curvature || is_small || is_many {
+                        charts.push((key, chart));
+                        continue;
+                    }
+                    let piece = Piece { mesh: chart.mesh.clone(), origin: chart.origin.clone() };
+                    charts.push((key, chart));
+                    (piece, false)
+                }
+                Err(piece) => (piece, true),
+            };
+            has_cut = bisect(&mut mesh, &mut [&mut edges, &mut marked], &piece);
+            if has_cut {
+                break;
+            }
+            if is_needed {
+                return Ok(None);
+            }
+        }
+        if !has_cut {
+            let charts = charts.into_iter().map(|(_, chart)| chart).collect();
+            return Ok(Some(Cut { mesh, marked, edges, charts }));
+        }
+        known.extend(charts);
+    }
+}
+
+impl Piece {
+    /// Its triangles, by vertices of the whole.
+    fn triangles_of_whole(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.mesh.triangles.iter().map(|t| t.map(|v| self.origin[v as usize]))
     }
 }
 
@@ -211,7 +253,7 @@ fn bisect(mesh: &mut TriangleMesh, edge_sets: &mut [&mut BTreeSet<[u32; 2]>; 2],
         let h = (*p - centre).dot(axis);
         height.insert(v, if h.abs() < near { 0.0 } else { h });
     }
-    let inside: BTreeSet<[u32; 3]> = piece.mesh.triangles.iter().map(|t| t.map(|v| piece.origin[v as usize])).collect();
+    let inside: BTreeSet<[u32; 3]> = piece.triangles_of_whole().collect();
     let mut middle: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     for corners in &inside {
         for k in 0..3 {

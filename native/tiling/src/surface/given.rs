@@ -4,13 +4,11 @@
 //! every node and where borders bend. Its c-index is the one it had, if it had one and its angle has not changed by much; else its angle,
 //! to which the turn of the sides beside it is added, half of each. The nearest c-indices that leave no defect are taken.
 
-use super::chart::Chart;
+use super::chart::{Chart, vertex_curvature};
 use super::cut::{Cut, pieces};
 use super::input::Input;
 use super::inscribe::{Inscribed, Undrawn, inscribe};
-use super::layout::{
-    Base, Chains, Draft, LEAST_TURN, TURN, chains, creases, inserted, lines, runs, turns_of_run, vertex_curvature,
-};
+use super::layout::{Base, Chains, Draft, LEAST_TURN, TURN, chains, creases, inserted, lines, runs, turns_of_run};
 use super::patch_graph::{PatchGraph, Side, closing_c_indices};
 use super::region::{Arc, Line, Region};
 use super::{SurfaceError, SurfaceOptions};
@@ -152,7 +150,7 @@ pub(super) fn draft_of_graph(
     let chains = chains(&cut);
     let curvature = vertex_curvature(&cut.mesh);
     for chart in &mut cut.charts {
-        chart.gather(&curvature);
+        chart.gather(&curvature, edge_length);
     }
     let lines = lines(&cut, &chains);
     let corners = Corners {

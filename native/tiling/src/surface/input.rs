@@ -1,7 +1,7 @@
 //! The surface as the other stages want it: checked, pinched vertices apart, the edges to follow by its own indices.
 
 use super::{STEP, SurfaceError, SurfaceOptions};
-use mesh::{Monitor, NONE, Topology, TriangleMesh, check, sorted};
+use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh, check, sorted};
 use std::collections::BTreeMap;
 
 /// Most panels that a call may be asked for: some minutes and gigabytes.
@@ -35,7 +35,9 @@ impl Input {
             let twin = topology.twin[h as usize];
             if twin != NONE {
                 let [left, right] = [h, twin].map(|h| mesh.area_normal(topology.face[h as usize] as usize));
-                if left.dot(right) != 0.0 && left.angle_between(right) > options.feature_angle {
+                let is_bent =
+                    left != DVec3::ZERO && right != DVec3::ZERO && left.angle_between(right) > options.feature_angle;
+                if is_bent {
                     followed.push(sorted(a, b));
                 }
             }

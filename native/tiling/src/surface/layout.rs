@@ -14,11 +14,12 @@ use super::partition::{Division, Ground, WARY};
 use super::patch_graph::{PatchGraph, closing_c_indices};
 use super::pattern::Place as VertexPlace;
 use super::region::{Arc, Line, Region, Spot};
-use super::search::{BUDGET, MOST_BUDGET, Search};
+use super::search::{BUDGET, DRAWN, MOST_BUDGET, Search};
 use super::{SurfaceError, SurfaceOptions};
-use mesh::{Cancelled, Monitor, Topology, TriangleMesh, sorted};
+use mesh::{Cancelled, Monitor, Topology, sorted};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::f64::consts::{FRAC_PI_6, PI, TAU};
+use std::f64::consts::{FRAC_PI_6, PI};
 use std::sync::Arc as Shared;
 
 /// A vertex turns a corner by more than this, in units of 30 degrees.
@@ -33,9 +34,25 @@ const APART: f64 = 1.3;
 /// A crease that is not followed: the surface turns by more than this there, radians.
 const CREASE: f64 = 0.6;
 
-/// What the corners of a chart leave may be off its curvature by less than this, in units of 30 degrees: the second, anything,
-/// where the first leads nowhere, as on a slight saddle, which then is one patch.
-pub(super) const TOLERANCES: [f64; 2] = [1.0, f64::INFINITY];
+/// How closely charts follow the curvature of the surface.
+#[derive(Clone, Copy)]
+pub(super) struct Tolerance {
+    /// What the corners of a chart leave may be off its curvature by less than this, in units of 30 degrees.
+    pub corners: f64,
+    /// The most curvature of one sign in a chart, in units of 30 degrees.
+    pub curvature: f64,
+}
+
+/// Tried one after another: small charts where large ones lead nowhere, and corners as they are whatever they leave, as on a slight
+/// saddle, which then is one patch.
+pub(super) const TOLERANCES: [Tolerance; 3] = [
+    Tolerance { corners: 1.0, curvature: 7.0 },
+    Tolerance { corners: 1.0, curvature: 3.6 },
+    Tolerance { corners: f64::INFINITY, curvature: 7.0 },
+];
+
+/// Numbers of curves kept free for each region, so that all can be divided at once.
+const CURVES: usize = 1 << 24;
 
 /// A patch graph, with where its sides run in the charts.
 pub(super) struct Layout {
@@ -80,59 +97,63 @@ pub(super) struct Draft {
 impl Draft {
     /// The charts of a surface, with corners; `None` when it cannot be cut into charts whose corners close.
     ///
-    /// Corners are the nearest to their angles unless what they leave is off the curvature by `tolerance` or more, in units of
-    /// 30 degrees, of [`TOLERANCES`].
+    /// Corners are the nearest to their angles unless what they leave is off the curvature by `tolerance`, of [`TOLERANCES`].
     pub fn new(
         input: &Input,
         edge_length: f64,
         options: &SurfaceOptions,
-        tolerance: f64,
+        tolerance: Tolerance,
         monitor: &Monitor,
     ) -> Result<Option<Self>, SurfaceError> {
-        let Some(mut cut) = cut(&input.mesh, &input.followed, monitor)? else { return Ok(None) };
+        let Some(cut) = cut(&input.mesh, &input.followed, edge_length, tolerance.curvature, monitor)? else {
+            return Ok(None);
+        };
         let chains = chains(&cut);
-        let curvature = vertex_curvature(&cut.mesh);
-        for chart in &mut cut.charts {
-            chart.gather(&curvature);
-        }
         let lines = lines(&cut, &chains);
         let shared = shared_corners(&cut, &chains, &lines, edge_length);
         let regions: Option<Vec<Region>> = (0..cut.charts.len())
-            .map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options, tolerance))
+            .map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options, tolerance.corners))
             .collect();
         let creases = creases(&cut);
         let base = Shared::new(Base { cut, chains, creases, edge_length, corner_angle: options.corner_angle });
         Ok(regions.map(|regions| Self { base, regions, next: lines.len() }))
     }
 
-    fn ground(&self, mixed: f64) -> Ground<'_> {
-        Ground { mixed, charts: &self.base.cut.charts, edge_length: self.base.edge_length, creases: &self.base.creases }
+    fn ground(&self, mixed: f64, drawn: usize) -> Ground<'_> {
+        let Base { cut, creases, edge_length, .. } = &*self.base;
+        Ground { mixed, drawn, charts: &cut.charts, edge_length: *edge_length, creases }
     }
 
     /// The admissible partitions of a region, best first.
     pub fn divisions(&mut self, region: usize, monitor: &Monitor) -> Result<Vec<Division>, Cancelled> {
         let mut next = self.next;
-        let found = self.ground(WARY[0]).divisions(&self.regions[region], &mut next, monitor);
+        let found = self.ground(WARY[0], usize::MAX).divisions(&self.regions[region], &mut next, monitor);
         self.next = next;
         found
     }
 
     /// Divides all regions that are not flat, with a weight against patches of more than one lattice; whether that was possible.
     pub fn finish(&mut self, mixed: f64, monitor: &Monitor) -> Result<bool, Cancelled> {
-        let mut patches = Vec::new();
-        let mut next = self.next;
-        let all = f64::from(self.regions.iter().map(|region| region.defect().abs()).sum::<i32>().max(1));
-        for (k, region) in self.regions.iter().enumerate() {
-            monitor.stage("partitioning", k as f64 / self.regions.len() as f64)?;
-            let ground = self.ground(mixed);
-            let mut search = Search { ground: &ground, next, monitor };
-            let budget = f64::from(region.defect().abs()) * BUDGET.min(MOST_BUDGET / all);
-            let Some((_, found)) = search.solve(region, budget, f64::INFINITY)? else { return Ok(false) };
-            next = search.next;
-            patches.extend(found);
-        }
-        (self.regions, self.next) = (patches, next);
+        monitor.stage("partitioning", 0.0)?;
+        let ground = self.ground(mixed, DRAWN);
+        let tasks: Vec<f64> = self.regions.iter().map(|region| ground.task(region)).collect();
+        let all: f64 = tasks.iter().sum::<f64>().max(1.0);
+        let divided = |(k, region): (usize, &Region)| {
+            let mut search = Search { ground: &ground, next: self.next + k * CURVES, looked_at: 0, monitor };
+            let budget = tasks[k] * BUDGET.min(MOST_BUDGET / all);
+            Ok(search.solve(region, budget, f64::INFINITY)?.map(|(_, found)| found))
+        };
+        let found: Vec<Option<Vec<Region>>> =
+            self.regions.par_iter().enumerate().map(divided).collect::<Result<_, Cancelled>>()?;
+        let Some(patches) = found.into_iter().collect::<Option<Vec<_>>>() else { return Ok(false) };
+        self.next += self.regions.len() * CURVES;
+        self.regions = patches.concat();
         Ok(true)
+    }
+
+    /// The c-indices of all regions: drafts of one surface that agree in them are the same.
+    pub fn outline(&self) -> Vec<Vec<u8>> {
+        self.regions.iter().map(|region| region.corners.clone()).collect()
     }
 
     /// The patch graph of regions that are all flat; `None` where two corners of one fall together.
@@ -143,24 +164,6 @@ impl Draft {
     pub fn charts(&self) -> &[Chart] {
         &self.base.cut.charts
     }
-}
-
-/// Angle defect of each vertex inside, radians, over the triangles at it: what each of them holds.
-pub(super) fn vertex_curvature(mesh: &TriangleMesh) -> Vec<f64> {
-    let topology = Topology::of_triangles(mesh);
-    let mut defect = vec![TAU; mesh.positions.len()];
-    let mut count = vec![0.0; mesh.positions.len()];
-    for t in 0..mesh.triangles.len() {
-        let p = mesh.points(t);
-        for k in 0..3 {
-            let v = mesh.triangles[t][k] as usize;
-            defect[v] -= (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
-            count[v] += 1.0;
-        }
-    }
-    (0..defect.len())
-        .map(|v| if topology.is_border_vertex(v as u32) || count[v] == 0.0 { 0.0 } else { defect[v] / count[v] })
-        .collect()
 }
 
 /// Borders, marked lines and cuts as paths between the vertices where they meet.
@@ -358,7 +361,7 @@ fn region(
     let chart = &cut.charts[c];
     let n = chart.border.len();
     // What the curvature inside leaves to the corners, half of that on cuts included.
-    let total = 12.0 - chart.curvature.iter().map(|(_, curvature)| curvature / FRAC_PI_6).sum::<f64>();
+    let total = 12.0 - chart.whole_curvature().iter().sum::<f64>();
     // Corners whose c-index is to be found: angle and what the caller set; and turns that are settled.
     let (mut angles, mut set): (Vec<f64>, Vec<Option<u8>>) = (Vec::new(), Vec::new());
     let mut settled = 0;

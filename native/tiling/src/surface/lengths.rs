@@ -10,6 +10,11 @@
 //! edges alone or of pairs alone that make it so. A patch that cannot have that is left to the plane solver and its
 //! certificate.
 //!
+//! **Patches of both tiles.** Such patches have one tiling each; a facade of them is either of squares or of triangles. On wish, sides
+//! get edges and pairs alike, where the patches beside may take them. A patch of four right angles then is laid in *rows*: two
+//! opposite sides of both kinds, the other two of edges alone, rows of squares and of triangles between; it surely has
+//! a tiling when both sides take the same course (`courses`). Other shapes are left to the plane solver.
+//!
 //! Deviation: squared errors are divided by the side's length, so that stretch counts, not length.
 
 use super::patch_graph::{Patch, PatchGraph};
@@ -21,6 +26,12 @@ use std::time::Duration;
 
 /// What a patch costs that is neither of squares nor of triangles alone, in squared edges.
 const MIXED: f64 = 20.0;
+
+/// The same where patches are to be of both tiles: what one costs that is of one lattice, one in rows and one of neither; and a
+/// side that is all edges or all pairs.
+const PLAIN: f64 = 1.0;
+const FREE: f64 = 0.5;
+const UNBALANCED: f64 = 1.5;
 
 /// What a side of both edges and pairs costs, and what each pair: of equals, the straight side.
 const BOTH: f64 = 1.5;
@@ -58,18 +69,37 @@ pub(super) struct Perimeter {
     pub most: i64,
 }
 
+/// What is asked of lengths beside closing and being near.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Wishes {
+    pub perimeters: Vec<Perimeter>,
+    /// Patches that may be of both tiles; empty when none are to be.
+    pub mixing: Vec<bool>,
+}
+
+impl Wishes {
+    fn mixes(&self, patch: usize) -> bool {
+        self.mixing.get(patch) == Some(&true)
+    }
+}
+
 /// The steps of each side that close every patch and come nearest to the lengths of the sides; `None` when none close.
 pub(super) fn side_steps(
     graph: &PatchGraph,
     edge_length: f64,
-    perimeters: &[Perimeter],
+    wishes: &Wishes,
     monitor: &Monitor,
 ) -> Result<Option<(Vec<Steps>, f64)>, SolveError> {
     let mut programme = Programme::new();
+    let mut may_mix = vec![!wishes.mixing.is_empty(); graph.sides.len()];
+    for (_, patch) in graph.patches.iter().enumerate().filter(|(p, _)| !wishes.mixes(*p)) {
+        patch.corners.iter().for_each(|corner| may_mix[corner.side as usize] = false);
+    }
     let variables: Vec<SideVariables> = graph
         .sides
         .iter()
-        .map(|side| {
+        .zip(may_mix)
+        .map(|(side, may_mix)| {
             let length = (side.length() / edge_length).max(0.5);
             let most = [2.0 * length + 3.0, 2.0 * length / 3f64.sqrt() + 2.0].map(|most| most as i32);
             let [has_straight, has_pairs] = [(); 2].map(|()| programme.variable(0..=1));
@@ -85,17 +115,23 @@ pub(super) fn side_steps(
                 move |v| (v as f64 - wanted).powi(2) / (4.0 * wanted),
                 wanted as i64 - 8..=wanted as i64 + 8,
             );
-            programme.convex_cost(&[(has_straight, 1), (has_pairs, 1)], |v| BOTH * (v - 1) as f64, 0..=2);
+            if may_mix {
+                let balance = move |v: i64| UNBALANCED * (v as f64).abs() / wanted;
+                let most = wanted as i64 + 8;
+                programme.convex_cost(&[(straight, QUARTERS[0]), (pairs, -QUARTERS[1])], balance, -most..=most);
+            } else {
+                programme.convex_cost(&[(has_straight, 1), (has_pairs, 1)], |v| BOTH * (v - 1) as f64, 0..=2);
+            }
             programme.convex_cost(&[(pairs, 1)], |v| PAIR * v as f64, 0..=i64::from(most[1]));
             SideVariables { has_straight, has_pairs, straight, pairs }
         })
         .collect();
     // A cone closes whatever its lengths.
-    for patch in graph.patches.iter().filter(|patch| patch.total_interior_defect() == 0) {
+    for (p, patch) in graph.patches.iter().enumerate().filter(|(_, patch)| patch.total_interior_defect() == 0) {
         close(&mut programme, patch, &variables);
-        prefer_lattice(&mut programme, patch, &variables);
+        prefer_lattice(&mut programme, patch, &variables, wishes.mixes(p));
     }
-    for bound in perimeters {
+    for bound in &wishes.perimeters {
         let terms: Vec<Term> = graph.patches[bound.patch]
             .corners
             .iter()
@@ -132,16 +168,33 @@ fn close(programme: &mut Programme<'_>, patch: &Patch, variables: &[SideVariable
     }
 }
 
-/// A patch is of triangles, its edges along even or along odd directions, or of squares, or pays.
-fn prefer_lattice(programme: &mut Programme<'_>, patch: &Patch, variables: &[SideVariables]) {
-    let [mixed, squares, even, odd] = [(); 4].map(|()| programme.variable(0..=1));
-    programme.row(&[(mixed, 1), (squares, 1), (even, 1), (odd, 1)], 1..=1);
-    programme.convex_cost(&[(mixed, 1)], |v| MIXED * v as f64, 0..=1);
+/// A patch is of triangles, its edges along even or along odd directions, or of squares, or in rows, or pays.
+fn prefer_lattice(programme: &mut Programme<'_>, patch: &Patch, variables: &[SideVariables], mixes: bool) {
+    let [free, squares, even, odd] = [(); 4].map(|()| programme.variable(0..=1));
+    let mut ways = vec![(free, 1), (squares, 1), (even, 1), (odd, 1)];
+    let sides = || patch.corners.iter().map(|corner| &variables[corner.side as usize]).zip(patch.directions());
+    if mixes {
+        let plain = |v: i64| PLAIN * v as f64;
+        programme.convex_cost(&[(squares, 1), (even, 1), (odd, 1)], plain, 0..=1);
+        programme.convex_cost(&[(free, 1)], |v| FREE * v as f64, 0..=1);
+        for pair in patch.row_ends() {
+            let rows = programme.variable(0..=1);
+            ways.push((rows, 1));
+            for (side, _) in sides().enumerate().filter(|(k, _)| !pair.contains(k)).map(|(_, side)| side) {
+                programme.row(&[(side.has_pairs, 1), (rows, 1)], ..=1);
+            }
+        }
+    } else {
+        programme.convex_cost(&[(free, 1)], |v| MIXED * v as f64, 0..=1);
+    }
+    programme.row(&ways, 1..=1);
     if patch.corners.iter().any(|corner| corner.c_index % 3 != 0) {
         programme.row(&[(squares, 1)], 0..=0);
+    } else if mixes {
+        // Right angles alone: zigzags on sides that meet leave squares of a side of sqrt 3, which no tiles fill.
+        programme.row(&[(free, 1)], 0..=0);
     }
-    for (corner, direction) in patch.corners.iter().zip(patch.directions()) {
-        let side = &variables[corner.side as usize];
+    for (side, direction) in sides() {
         let (along, across) = if direction % 2 == 0 { (even, odd) } else { (odd, even) };
         // Edges run in directions of the side's own parity, those of pairs in the other.
         programme.row(&[(side.has_straight, 1), (across, 1)], ..=1);

@@ -23,6 +23,8 @@
 
 mod assemble;
 mod chart;
+mod choice;
+mod chords;
 mod coarse;
 mod cone;
 mod courses;
@@ -62,8 +64,9 @@ pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
 
 use crate::TilingError;
 use input::Input;
-use layout::{Draft, TOLERANCES};
+use layout::{Draft, TOLERANCES, Tolerance};
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
+use num_bigint::BigUint;
 use paper::{Kept, Paper};
 use pattern::Pattern;
 use solve::SolveError;
@@ -128,8 +131,21 @@ pub enum Partition {
 /// Choice of tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fill {
-    /// Hexagons of triangles between squares, as periodic as the surface allows.
+    /// Hexagons of triangles between squares, as periodic as the surface allows. With [`Partition::Paper`]: patches of one
+    /// tile each where that can be, the fewest butterflies in the others.
     Regular,
+    /// With [`Partition::Paper`]: both tiles in every patch that allows it, and the most butterflies. With [`Partition::Expansion`] as
+    /// [`Fill::Random`] with patches of 40 panels.
+    Fractured {
+        /// The same seed gives the same tiles.
+        seed: u64,
+    },
+    /// With [`Partition::Paper`]: both tiles in every patch that allows it, and as many symmetries as its outline allows. With
+    /// [`Partition::Expansion`] as [`Fill::Regular`].
+    Symmetric {
+        /// The same seed gives the same tiles.
+        seed: u64,
+    },
     /// Patches filled at random by the plane solver, all tilings of a patch equally likely.
     Random {
         /// The same seed gives the same tiles.
@@ -143,7 +159,24 @@ pub enum Fill {
 impl Fill {
     /// Which of the tilings of a patch.
     fn seed(self) -> u64 {
-        if let Self::Random { seed, .. } = self { seed } else { 0 }
+        match self {
+            Self::Regular => 0,
+            Self::Fractured { seed } | Self::Symmetric { seed } | Self::Random { seed, .. } => seed,
+        }
+    }
+
+    /// Whether patches are of both tiles on purpose.
+    fn mixes(self) -> bool {
+        self != Self::Regular
+    }
+
+    /// Most panels of the patches that are grown in a pattern and drawn anew, if any are.
+    fn refill_panels(self) -> Option<usize> {
+        match self {
+            Self::Random { patch_panels, .. } => Some(patch_panels),
+            Self::Fractured { .. } => Some(40),
+            Self::Regular | Self::Symmetric { .. } => None,
+        }
     }
 }
 
@@ -256,6 +289,9 @@ pub struct SurfaceTiling {
     pub patch_graph: Option<PatchGraph>,
     /// Which panels belong to which of these patches; `None` with [`Fill::Random`], whose tiles lie across sides.
     pub patch_tiles: Option<PatchTiles>,
+    /// Of these, how many tilings each has; `None` where they are too many to count in a quarter of a second, and for patches with
+    /// rhombi.
+    pub tiling_counts: Vec<Option<BigUint>>,
     /// Of these, patches that got other side lengths than the best, because these admit no tiling.
     pub relengthened_patches: Vec<u32>,
     /// Of these, patches that got rhombi, having no tiling without.
@@ -311,10 +347,16 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Arc::new(Input::new(surface, edge_length, options, monitor)?);
     lap(0);
-    let tolerances: &[f64] = if options.partition == Partition::Paper { &TOLERANCES } else { &[] };
+    let tolerances: &[Tolerance] = if options.partition == Partition::Paper { &TOLERANCES } else { &[] };
+    let mut tried = Vec::new();
     for &tolerance in tolerances {
-        if let Some(draft) = Draft::new(&input, edge_length, options, tolerance, monitor)?
-            && let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
+        let Some(draft) = Draft::new(&input, edge_length, options, tolerance, monitor)? else { continue };
+        let outline = draft.outline();
+        if tried.contains(&outline) {
+            continue;
+        }
+        tried.push(outline);
+        if let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
             && paper.turned.is_empty()
         {
             return paper.measured(stages);
@@ -342,6 +384,7 @@ pub fn tile_surface(
         edge_length: best.edge_length,
         patch_graph: None,
         patch_tiles: None,
+        tiling_counts: Vec::new(),
         relengthened_patches: Vec::new(),
         patches_with_rhombi: Vec::new(),
         patches: best.refilled.0,
@@ -380,9 +423,9 @@ impl Attempt {
         lap(1);
         let mut pattern = Pattern::expand(&coarse);
         let mut refilled = (0, 0);
-        if let Fill::Random { seed, patch_panels } = options.fill {
+        if let Some(patch_panels) = options.fill.refill_panels() {
             monitor.stage("filling", 0.0)?;
-            refilled = fill::refill(&mut pattern, patch_panels, seed, monitor)?;
+            refilled = fill::refill(&mut pattern, patch_panels, options.fill.seed(), monitor)?;
         }
         lap(2);
         let turned = shape::shape(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;

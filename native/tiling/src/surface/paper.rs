@@ -62,11 +62,13 @@ impl Paper {
         for mixed in WARY {
             let mut draft = draft.clone();
             if !draft.finish(mixed, monitor)? {
-                continue;
+                break;
             }
             let Some(layout) = draft.layout() else { continue };
             lap(1);
-            let Some(paving) = pave(&layout.graph, edge_length, options.fill.seed(), monitor)? else { continue };
+            let Some(paving) = pave(&layout.graph, edge_length, options.fill, options.fill.mixes(), monitor)? else {
+                continue;
+            };
             lap(2);
             if best.as_ref().is_none_or(|(_, known)| paving.rhombi() < known.rhombi()) {
                 best = Some((layout, paving));
@@ -110,7 +112,7 @@ impl Paper {
     pub fn measured(self, stages: Vec<(&'static str, Duration)>) -> Result<SurfaceTiling, SurfaceError> {
         let mesh = PolygonMesh::from_polygons(self.pattern.positions, &self.pattern.tiles)?;
         let (defects, interior_vertices) = panels::defects(&mesh);
-        let is_whole = self.ground.options.fill == Fill::Regular;
+        let is_whole = !matches!(self.ground.options.fill, Fill::Random { .. });
         Ok(SurfaceTiling {
             edge_length: self.ground.edge_length,
             patches: self.refilled.0,
@@ -122,6 +124,7 @@ impl Paper {
             interior_vertices,
             patch_graph: Some(self.ground.layout.graph.clone()),
             patch_tiles: is_whole.then(|| self.paving.patch_tiles()),
+            tiling_counts: self.paving.counts.clone(),
             relengthened_patches: self.paving.relengthened.clone(),
             patches_with_rhombi: self.paving.with_rhombi.clone(),
             edit: Edit::default(),
@@ -137,8 +140,7 @@ impl Kept {
         let Ground { layout, edge_length, options, .. } = &*self.ground;
         let mut stages = ["fill", "shape"].map(|stage| (stage, Duration::ZERO)).to_vec();
         let mut start = Instant::now();
-        let seed = options.fill.seed();
-        let found = zigzagged(&layout.graph, &self.paving, zigzags, *edge_length, seed, monitor)?;
+        let found = zigzagged(&layout.graph, &self.paving, zigzags, *edge_length, options.fill, monitor)?;
         let (paving, edit) = found;
         // Laps of Paper::shaped: 2 fills, 3 shapes.
         let mut lap = |stage: usize| {

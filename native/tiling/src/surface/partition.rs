@@ -9,41 +9,49 @@
 //!
 //! Deviations: the paper takes the best partition at each step; here the best few are followed and the sum over the whole
 //! tree decides (`search`). Corners of 30 degrees are not made, as no whole tile fits them. A region without corners gets some
-//! for n-ary partitions, of 180 degrees, at equal distances.
+//! for n-ary partitions, of 180 degrees, at equal distances. Where a region holds curvature of both signs, a part may have as large a
+//! defect as it holds of one sign: the paper would leave a piece of a torus whole, as its defect is zero, and stretch its panels.
 
-use super::chart::Chart;
+use super::chart::{Chart, contains, cross};
+use super::chords::Chord;
 use super::region::{Arc, Line, Place, Region, Spot, bend, cubic, stays_inside};
 use glam::DVec2;
 use mesh::{Cancelled, DVec3, Monitor};
+use std::ops::RangeInclusive;
 use std::sync::Arc as Shared;
 
 /// Weights of the score; a rounding error of 30 degrees counts 1.
-const GAP: f64 = 10.0;
-const BEND: f64 = 0.12;
+pub(super) const GAP: f64 = 10.0;
+pub(super) const BEND: f64 = 0.12;
 pub(super) const PART: f64 = 0.12;
 const STRONG_DEFECT: f64 = 0.3;
 const CREASE: f64 = 4.0;
+
+/// What curvature counts that a flat part holds of both signs, for each 30 degrees of it; and from how much on it is worth dividing.
+pub(super) const UNEVEN: f64 = 0.4;
+const LEAST_UNEVEN: f64 = 1.5;
+
+/// The greatest defect of a part whose region has less.
+const MOST_UNEVEN: i32 = 4;
 
 /// Weights against patches that are not of one lattice, and may have no tiling: the first partition seldom has such; the second
 /// is tried where the first leads nowhere, or to rhombi.
 pub(super) const WARY: [f64; 2] = [3.0, 0.5];
 
 /// What is expected of a part that is not flat yet, for each 30 degrees.
-const AHEAD: f64 = 1.2;
+pub(super) const AHEAD: f64 = 1.2;
 
 const NO_CONE: f64 = 1.5;
 
 /// Curves leave and arrive along their chord at least so much: the cosine of the angle.
-const STRAIGHT: f64 = 0.5;
+pub(super) const STRAIGHT: f64 = 0.5;
 
 /// The shortest side, in edges.
-const SHORTEST: f64 = 1.3;
+pub(super) const SHORTEST: f64 = 1.3;
 
-/// Most n-ary partitions of a region that are drawn.
-const MOST_CONES: usize = 48;
-
-/// Sides of a region from which on only their middles are ends of curves.
-const MANY_SIDES: usize = 7;
+/// Most n-ary partitions of a region that are drawn, and that are listed to choose these from.
+const MOST_CONES: usize = 32;
+const LISTED_CONES: usize = 512;
 
 /// What does not change during a search.
 pub(super) struct Ground<'a> {
@@ -51,6 +59,8 @@ pub(super) struct Ground<'a> {
     pub edge_length: f64,
     /// Weight against patches of more than one lattice, of [`WARY`].
     pub mixed: f64,
+    /// Most binary partitions that are drawn for each way to share a region's defect.
+    pub drawn: usize,
     /// Creases that are not followed, as segments in each chart.
     pub creases: &'a [Vec<[DVec2; 2]>],
 }
@@ -58,8 +68,10 @@ pub(super) struct Ground<'a> {
 /// One way to divide a region.
 #[derive(Debug, Clone)]
 pub(super) struct Division {
-    /// Lower is better.
+    /// Lower is better: what the curves cost, and what the parts are expected to.
     pub score: f64,
+    /// The former alone.
+    pub own: f64,
     pub parts: Vec<Region>,
 }
 
@@ -85,12 +97,42 @@ impl Ground<'_> {
     }
 
     fn crossed(&self, chart: usize, curve: &[DVec2]) -> f64 {
-        let meets = |w: &[DVec2]| self.creases[chart].iter().any(|&crease| super::chart::cross([w[0], w[1]], crease));
+        let (low, high) = curve.iter().fold((curve[0], curve[0]), |(l, h), &p| (l.min(p), h.max(p)));
+        let is_near = |&&[a, b]: &&[DVec2; 2]| a.min(b).cmple(high).all() && a.max(b).cmpge(low).all();
+        let near: Vec<&[DVec2; 2]> = self.creases[chart].iter().filter(is_near).collect();
+        let meets = |w: &[DVec2]| near.iter().any(|&&crease| cross([w[0], w[1]], crease));
         if curve.windows(2).any(meets) { CREASE } else { 0.0 }
     }
 
+    /// Curvature of both signs inside a region, in units of 30 degrees, where there is so much that it is worth dividing.
+    fn both_signs(&self, region: &Region) -> Option<[f64; 2]> {
+        let [plus, minus] = self.charts[region.chart].curvature_within(&region.polygon());
+        (plus.min(-minus) >= LEAST_UNEVEN).then_some([plus, minus])
+    }
+
+    /// The lesser of the two, or nothing.
+    pub fn uneven(&self, region: &Region) -> f64 {
+        self.both_signs(region).map_or(0.0, |[plus, minus]| plus.min(-minus))
+    }
+
+    /// How much there is to do for a region, about: its defect, or the curvature that its parts should share out.
+    pub fn task(&self, region: &Region) -> f64 {
+        f64::from(region.defect().abs()).max(self.uneven(region))
+    }
+
+    /// The defects that parts of a region may have.
+    pub fn admissible(&self, region: &Region) -> RangeInclusive<i32> {
+        let defect = region.defect();
+        let (mut low, mut high) = (-defect.abs(), defect.abs());
+        if let Some([plus, minus]) = self.both_signs(region) {
+            let shared = |k: f64| (k.round() as i32).min(MOST_UNEVEN);
+            (low, high) = (low.min(-shared(-minus)), high.max(shared(plus)));
+        }
+        low..=high
+    }
+
     /// What a part adds to the score of a division: infinite where it cannot be a patch, nor become one.
-    pub fn judge(&self, part: &Region, is_final: bool) -> f64 {
+    pub fn judge(&self, part: &Region) -> f64 {
         let sides = part.sides();
         if part.corners.iter().any(|c| !(2..=10).contains(c))
             || part.arcs.iter().any(|arc| arc.length() < 0.6 * self.edge_length)
@@ -100,13 +142,11 @@ impl Ground<'_> {
         }
         let defect = part.defect();
         let polygon = part.polygon();
-        let error = (self.charts[part.chart].curvature_within(&polygon) - f64::from(defect)).abs();
+        let [plus, minus] = self.charts[part.chart].curvature_within(&polygon);
+        let error = (plus + minus - f64::from(defect)).abs();
         if defect != 0 {
-            if is_final {
-                return error;
-            }
             // A part that could be finished at once is worth more than one that has to be divided again and again.
-            let is_cone = defect.abs() > 1 || !cones(part, &sides, SHORTEST * self.edge_length).is_empty();
+            let is_cone = defect.abs() > 1 || !cones(part, &sides, SHORTEST * self.edge_length, 1).is_empty();
             return error + AHEAD * f64::from(defect.abs()) + if is_cone { 0.0 } else { NO_CONE };
         }
         if sides.len() < 3 {
@@ -115,7 +155,7 @@ impl Ground<'_> {
         // Parts of one lattice surely have a tiling.
         let is_of = |step: u8| part.corners.iter().all(|c| c % step == 0);
         let mixed = if is_of(2) || is_of(3) { 0.0 } else { self.mixed };
-        error + GAP * Self::gap(part, &sides) + mixed
+        error + GAP * Self::gap(part, &sides) + UNEVEN * plus.min(-minus) + mixed
     }
 
     /// How far the sides of a flat part, at their lengths and directions, are from closing, over its circumference.
@@ -130,177 +170,44 @@ impl Ground<'_> {
         end.length() / around
     }
 
-    /// All admissible partitions of a region, best first.
+    /// Admissible partitions of a region, best first: of the binary ones so many as are to be drawn.
     pub fn divisions(&self, region: &Region, next: &mut usize, monitor: &Monitor) -> Result<Vec<Division>, Cancelled> {
         let mut found = Vec::new();
-        self.binary(region, next, &mut found, monitor)?;
-        self.flat_off(region, next, &mut found, monitor)?;
-        self.n_ary(region, next, &mut found, monitor)?;
+        let polygon = region.polygon();
+        for chord in self.chords(region, &polygon, monitor)? {
+            monitor.check()?;
+            self.draw(region, &polygon, &chord, next, &mut found);
+        }
+        self.n_ary(region, &polygon, next, &mut found, monitor)?;
         found.sort_by(|a, b| a.score.total_cmp(&b.score));
         Ok(found)
     }
 
-    fn is_admissible(region: &Region, parts: &[Region]) -> bool {
-        parts.iter().all(|part| part.defect().abs() <= region.defect().abs())
-    }
-
-    /// Places on the sides where curves may end: their middles, thirds, and where corners can be divided.
-    fn places(&self, region: &Region) -> Vec<Place> {
-        let snap = SHORTEST * self.edge_length;
-        let mut places: Vec<Place> =
-            (0..region.arcs.len()).filter(|&k| region.corners[k] >= 4).map(|arc| Place { arc, t: None }).collect();
-        for side in region.sides() {
-            let length = region.length(side);
-            let fractions: &[f64] = if region.sides().len() < MANY_SIDES { &[0.25, 0.5, 0.75] } else { &[0.5] };
-            for fraction in fractions {
-                let along = fraction * length;
-                if along > snap && length - along > snap {
-                    places.push(region.place(side.0, along, snap));
-                }
-            }
-        }
-        let mut distinct: Vec<Place> = Vec::new();
-        for place in places {
-            if !distinct.contains(&place) && region.c_index(place) >= 4 {
-                distinct.push(place);
-            }
-        }
-        distinct
-    }
-
-    fn binary(
-        &self,
-        region: &Region,
-        next: &mut usize,
-        found: &mut Vec<Division>,
-        monitor: &Monitor,
-    ) -> Result<(), Cancelled> {
-        let places = self.places(region);
-        let polygon = region.polygon();
-        for (i, &p) in places.iter().enumerate() {
-            for &q in &places[i + 1..] {
-                monitor.check()?;
-                let (c_p, c_q) = (region.c_index(p), region.c_index(q));
-                for right_p in 2..=c_p - 2 {
-                    for left_q in 2..=c_q - 2 {
-                        self.chord(region, &polygon, [p, q], [right_p, left_q], next, found);
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Binary partitions that cut off a flat part: where it has its angles, the place on the far side follows from that on the
-    /// near one.
-    fn flat_off(
-        &self,
-        region: &Region,
-        next: &mut usize,
-        found: &mut Vec<Division>,
-        monitor: &Monitor,
-    ) -> Result<(), Cancelled> {
-        let snap = SHORTEST * self.edge_length;
-        let polygon = region.polygon();
-        let n = region.arcs.len();
-        let starts: Vec<f64> = std::iter::once(0.0)
-            .chain(region.arcs.iter().scan(0.0, |sum, arc| {
-                *sum += arc.length();
-                Some(*sum)
-            }))
-            .collect();
-        let whole = starts[n];
-        for p in self.places(region) {
-            monitor.check()?;
-            let at = starts[p.arc]
-                + p.t.map_or(0.0, |t| {
-                    let arc = &region.arcs[p.arc];
-                    (arc.line.length_at(t) - arc.line.length_at(arc.from)).abs()
-                });
-            let c_p = region.c_index(p);
-            for is_ahead in [true, false] {
-                for near in 2..=c_p - 2 {
-                    let ray = DVec2::from_angle(f64::from(near) * std::f64::consts::FRAC_PI_6);
-                    // Along the border from p, unfolded; backwards it is the same, mirrored.
-                    let (mut here, mut direction, mut walked) = (DVec2::ZERO, 0i32, 0.0);
-                    let mut arc = p.arc;
-                    let mut left = if is_ahead { starts[p.arc + 1] - at } else { at - starts[p.arc] };
-                    if !is_ahead && p.t.is_none() {
-                        arc = (p.arc + n - 1) % n;
-                        left = region.arcs[arc].length();
-                    }
-                    for _ in 0..n {
-                        let along = DVec2::from_angle(f64::from(direction) * std::f64::consts::FRAC_PI_6);
-                        let across = ray.perp_dot(along);
-                        let far = direction - i32::from(near);
-                        if (2..=4).contains(&far) && across > 1e-9 {
-                            let reach = -ray.perp_dot(here) / across;
-                            let distance = (here + reach * along).dot(ray);
-                            if reach > 0.0 && reach < left && distance > snap {
-                                let length = if is_ahead { at + walked + reach } else { at - walked - reach };
-                                let q = region.place(0, length.rem_euclid(whole), 0.5 * snap);
-                                if region.c_index(q) == 6 && q != p {
-                                    let far = far as u8;
-                                    let c = if is_ahead { [near, 6 - far] } else { [c_p - near, far] };
-                                    self.chord(region, &polygon, [p, q], c, next, found);
-                                }
-                            }
-                        }
-                        here += left * along;
-                        walked += left;
-                        let corner = if is_ahead { (arc + 1) % n } else { arc };
-                        direction += 6 - i32::from(region.corners[corner]);
-                        arc = if is_ahead { (arc + 1) % n } else { (arc + n - 1) % n };
-                        left = region.arcs[arc].length();
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The partition by one curve between two places, with the c-index on its right where it starts and on its left where it
-    /// ends.
-    fn chord(
-        &self,
-        region: &Region,
-        polygon: &[DVec2],
-        [p, q]: [Place; 2],
-        [right_p, left_q]: [u8; 2],
-        next: &mut usize,
-        found: &mut Vec<Division>,
-    ) {
-        let ((at_p, out_p, angle_p), (at_q, out_q, angle_q)) = (region.frame(p), region.frame(q));
-        let (c_p, c_q) = (region.c_index(p), region.c_index(q));
-        let straight = (at_q - at_p).normalize_or_zero();
-        let leaving = turned(out_p, angle_p * f64::from(right_p) / f64::from(c_p));
-        let back = turned(out_q, angle_q * f64::from(left_q) / f64::from(c_q));
-        if leaving.dot(straight) < STRAIGHT || back.dot(-straight) < STRAIGHT {
-            return;
-        }
-        let curve = cubic([at_p, at_q], [leaving, -back]);
+    /// The partition by one curve.
+    fn draw(&self, region: &Region, polygon: &[DVec2], chord: &Chord, next: &mut usize, found: &mut Vec<Division>) {
+        let ([p, q], [right_p, left_q]) = (&chord.ends, chord.c_indices);
+        let curve = cubic([p.at, q.at], [p.leaving(right_p), -q.leaving(left_q)]);
         if !stays_inside(&curve, polygon) {
             return;
         }
         let extra = BEND * bend(&curve) * 6.0 / std::f64::consts::PI + self.crossed(region.chart, &curve);
-        let ends = [region.spot(p), region.spot(q)];
-        let line = self.line(region.chart, next, curve, ends, [Some(region.point(p)), Some(region.point(q))]);
+        let (from, to) = (p.place, q.place);
+        let ends = [region.spot(from), region.spot(to)];
+        let line = self.line(region.chart, next, curve, ends, [Some(region.point(from)), Some(region.point(to))]);
         let last = line.last();
         let forward = Arc { line: line.clone(), reversed: false, from: 0.0, to: last };
         let backward = Arc { line, reversed: true, from: last, to: 0.0 };
-        let left = region.part([q, p], [left_q, c_p - right_p], &[forward], &[]);
-        let right = region.part([p, q], [right_p, c_q - left_q], &[backward], &[]);
-        self.add(region, vec![left, right], extra, 0, found);
+        let left = region.part([to, from], [left_q, p.c_index - right_p], &[forward], &[]);
+        let right = region.part([from, to], [right_p, q.c_index - left_q], &[backward], &[]);
+        self.add(vec![left, right], extra, 0, found);
     }
 
-    fn add(&self, region: &Region, parts: Vec<Region>, extra: f64, defect: i32, found: &mut Vec<Division>) {
-        if !Self::is_admissible(region, &parts) {
-            return;
-        }
+    fn add(&self, parts: Vec<Region>, extra: f64, defect: i32, found: &mut Vec<Division>) {
         let strong = f64::from((defect.abs() - 1).max(0)) * STRONG_DEFECT;
-        let score = extra + strong + parts.iter().map(|part| PART + self.judge(part, false)).sum::<f64>();
+        let own = extra + strong;
+        let score = own + parts.iter().map(|part| PART + self.judge(part)).sum::<f64>();
         if score.is_finite() {
-            found.push(Division { score, parts });
+            found.push(Division { score, own, parts });
         }
     }
 
@@ -309,16 +216,16 @@ impl Ground<'_> {
     fn n_ary(
         &self,
         region: &Region,
+        polygon: &[DVec2],
         next: &mut usize,
         found: &mut Vec<Division>,
         monitor: &Monitor,
     ) -> Result<(), Cancelled> {
         let snap = SHORTEST * self.edge_length;
         let sides = region.sides();
-        let polygon = region.polygon();
         let chart = &self.charts[region.chart];
         if sides.len() >= 3 {
-            for cone in cones(region, &sides, snap) {
+            for cone in cones(region, &sides, snap, LISTED_CONES) {
                 monitor.check()?;
                 let places: Vec<Place> =
                     cone.feet.iter().map(|&(side, length)| region.place(sides[side].0, length, 0.5 * snap)).collect();
@@ -332,8 +239,8 @@ impl Ground<'_> {
                     .map(|(&(_, out, angle), &right)| turned(out, angle * f64::from(right) / 6.0))
                     .collect();
                 let Some(centre) = meeting_point(&frames, &leaving) else { continue };
-                if super::chart::contains(&polygon, centre) {
-                    self.spokes(region, &places, &frames, centre, (&cone.right, &cone.centre), next, found);
+                if contains(polygon, centre) {
+                    self.spokes(region, polygon, &places, &frames, centre, (&cone.right, &cone.centre), next, found);
                 }
             }
         }
@@ -350,13 +257,13 @@ impl Ground<'_> {
             }
             let frames: Vec<_> = places.iter().map(|&p| region.frame(p)).collect();
             let middle = frames.iter().map(|f| f.0).sum::<DVec2>() / n as f64;
-            let heavy = heavy_point(chart, &polygon).unwrap_or(middle);
+            let heavy = heavy_point(chart, polygon).unwrap_or(middle);
             for centre in [middle, 0.5 * (middle + heavy)] {
                 for at_centre in 2..=4 {
                     monitor.check()?;
-                    if super::chart::contains(&polygon, centre) && (12 - n as i32 * at_centre).abs() <= 3 {
+                    if contains(polygon, centre) && (12 - n as i32 * at_centre).abs() <= 3 {
                         let even = (vec![3; n], vec![at_centre as u8; n]);
-                        self.spokes(region, &places, &frames, centre, (&even.0, &even.1), next, found);
+                        self.spokes(region, polygon, &places, &frames, centre, (&even.0, &even.1), next, found);
                     }
                 }
             }
@@ -370,6 +277,7 @@ impl Ground<'_> {
     fn spokes(
         &self,
         region: &Region,
+        polygon: &[DVec2],
         places: &[Place],
         frames: &[(DVec2, DVec2, f64)],
         centre: DVec2,
@@ -378,7 +286,6 @@ impl Ground<'_> {
         found: &mut Vec<Division>,
     ) {
         let n = places.len();
-        let polygon = region.polygon();
         let full: Vec<u8> = places.iter().map(|&p| region.c_index(p)).collect();
         let here = self.charts[region.chart].lift(centre);
         let sum: f64 = at_centre.iter().map(|&c| f64::from(c)).sum();
@@ -402,7 +309,7 @@ impl Ground<'_> {
                 break;
             }
             let curve = cubic([at, centre], [leaving, arriving]);
-            if !stays_inside(&[curve.as_slice(), &curve[curve.len() - 1..]].concat(), &polygon) {
+            if !stays_inside(&[curve.as_slice(), &curve[curve.len() - 1..]].concat(), polygon) {
                 break;
             }
             extra += BEND * bend(&curve) * 6.0 / std::f64::consts::PI + self.crossed(region.chart, &curve);
@@ -428,7 +335,10 @@ impl Ground<'_> {
                 region.part([places[k], places[to]], [right[k], full[to] - right[to]], &back, &[at_centre[k]])
             })
             .collect();
-        self.add(region, parts, extra, 12 - sum as i32, found);
+        let admissible = self.admissible(region);
+        if parts.iter().all(|part| admissible.contains(&part.defect())) {
+            self.add(parts, extra, 12 - sum as i32, found);
+        }
     }
 }
 
@@ -440,8 +350,8 @@ struct Cone {
     centre: Vec<u8>,
 }
 
-/// All partitions of a region into flat parts about one point, as if it were a flat cone.
-fn cones(region: &Region, sides: &[(usize, usize)], snap: f64) -> Vec<Cone> {
+/// Partitions of a region into flat parts about one point, as if it were a flat cone: all, or the first `listed` of them, best first.
+fn cones(region: &Region, sides: &[(usize, usize)], snap: f64, listed: usize) -> Vec<Cone> {
     let defect = region.defect();
     if !(1..=4).contains(&defect.abs()) || sides.len() < 3 {
         return Vec::new();
@@ -477,7 +387,9 @@ fn cones(region: &Region, sides: &[(usize, usize)], snap: f64) -> Vec<Cone> {
     let mut found = Vec::new();
     // Curves in the order of their sides, some sides without, by the angles between neighbours.
     let mut open: Vec<Vec<(usize, f64, u8)>> = feet.iter().flatten().map(|&foot| vec![foot]).collect();
-    while let Some(chosen) = open.pop() {
+    while found.len() < listed
+        && let Some(chosen) = open.pop()
+    {
         let (first, last) = (chosen[0], chosen[chosen.len() - 1]);
         let closing = bearing(&first) + 12 - defect - bearing(&last);
         if chosen.len() >= 3 && (2..=5).contains(&closing) {
@@ -519,13 +431,13 @@ fn meeting_point(frames: &[(DVec2, DVec2, f64)], directions: &[DVec2]) -> Option
     (whole > 1e-9).then(|| DVec2::new(c * right.x - b * right.y, a * right.y - b * right.x) / whole)
 }
 
-fn turned(direction: DVec2, by: f64) -> DVec2 {
+pub(super) fn turned(direction: DVec2, by: f64) -> DVec2 {
     DVec2::from_angle(by).rotate(direction)
 }
 
 /// The mean place of the curvature in a polygon.
 fn heavy_point(chart: &Chart, polygon: &[DVec2]) -> Option<DVec2> {
-    let inside = chart.curvature.iter().filter(|(p, _)| super::chart::contains(polygon, *p));
+    let inside = chart.curvature.iter().filter(|(p, _)| contains(polygon, *p));
     let (sum, weight) = inside.fold((DVec2::ZERO, 0.0), |(s, w), &(p, k)| (s + k.abs() * p, w + k.abs()));
     (weight > 0.0).then(|| sum / weight)
 }

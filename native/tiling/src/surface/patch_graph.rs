@@ -74,6 +74,20 @@ impl Patch {
     }
 }
 
+impl Patch {
+    /// Of a patch with four right angles and no others, the pairs of opposite sides without a node between: corners where they
+    /// begin. Rows of tiles can run from the one to the other.
+    pub(super) fn row_ends(&self) -> Vec<[usize; 2]> {
+        let n = self.corners.len();
+        let turns: Vec<usize> = (0..n).filter(|&k| self.corners[k].c_index != 6).collect();
+        if turns.len() != 4 || turns.iter().any(|&k| self.corners[k].c_index != 3) {
+            return Vec::new();
+        }
+        let is_single = |i: usize| (turns[i] + 1) % n == turns[(i + 1) % 4];
+        (0..2).filter(|&i| is_single(i) && is_single(i + 2)).map(|i| [turns[i], turns[i + 2]]).collect()
+    }
+}
+
 impl PatchGraph {
     /// Combinatorial angle defect of each node, in units of 30 degrees: 12 less its c-indices, 6 less them on the border.
     pub fn node_defects(&self) -> Vec<i32> {

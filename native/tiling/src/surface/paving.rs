@@ -6,25 +6,29 @@
 //! least-squares conformal maps (whose area term is the same for all maps of one border), and as none is negative it
 //! is a mean-value map as well, which does not fold into a convex border.
 
-use super::SurfaceError;
+use super::choice::choose;
 use super::cone::{Filling, fill_cone};
 use super::courses::{Course, code, courses};
-use super::lengths::{Perimeter, side_steps};
+use super::lengths::{Perimeter, Steps, Wishes, side_steps};
 use super::patch_graph::{Patch, PatchGraph};
+use super::{Fill, SurfaceError};
 use crate::plane::Point;
 use crate::rhombi::tile_with_rhombi;
 use crate::tile::Kind;
-use crate::tilings::find_tiling;
 use crate::{Boundary, Certificate, Options, TilingError};
 use mesh::{DVec3, Monitor};
+use num_bigint::BigUint;
+use rayon::prelude::*;
 use solve::cholesky::Factor;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Memory for the tilings of one patch, bytes.
-const MEMORY: usize = 1 << 29;
+const MEMORY: usize = 1 << 27;
 
-/// How often other lengths are tried before rhombi are laid.
+/// How often other lengths are tried before rhombi are laid; and how often patches of both tiles, before all are of one.
 const OTHER_LENGTHS: usize = 1;
+const PLAIN_ROUNDS: usize = 3;
 
 /// Most rhombi that the certificate may ask for in a patch; with more, the patch graph is not worth keeping.
 const MOST_RHOMBI: i32 = 16;
@@ -49,6 +53,8 @@ pub(super) struct Paving {
     pub along: Vec<Vec<u32>>,
     pub sheets: Vec<Sheet>,
     pub vertex_count: usize,
+    /// How many tilings each patch has, where that is known.
+    pub counts: Vec<Option<BigUint>>,
     /// Patches that got other lengths than the best because these had no tiling, and those that got rhombi.
     pub relengthened: Vec<u32>,
     pub with_rhombi: Vec<u32>,
@@ -67,45 +73,90 @@ pub(super) struct Sheet {
     pub tiles: Vec<Vec<u32>>,
 }
 
-/// Lengths, outlines and tiles; `None` when no lengths close all patches, or one has no tiling even with rhombi.
+/// Lengths, courses, and the patches that have a tiling with them.
+struct Laid {
+    steps: Vec<Steps>,
+    courses: Vec<Course>,
+    filled: Vec<Option<Filling>>,
+    /// Of the lengths.
+    cost: f64,
+}
+
+impl Laid {
+    fn new(
+        graph: &PatchGraph,
+        edge_length: f64,
+        wishes: &Wishes,
+        fill: Fill,
+        monitor: &Monitor,
+    ) -> Result<Option<Self>, SurfaceError> {
+        monitor.stage("lengths", 0.0)?;
+        let Some((steps, cost)) = side_steps(graph, edge_length, wishes, monitor)? else { return Ok(None) };
+        let courses = courses(graph, &steps, fill.seed(), monitor)?;
+        let filled = fill_all(graph, &courses, fill, monitor)?;
+        Ok(Some(Self { steps, courses, filled, cost }))
+    }
+
+    fn empty(&self) -> impl Iterator<Item = usize> {
+        self.filled.iter().enumerate().filter(|(_, filling)| filling.is_none()).map(|(p, _)| p)
+    }
+}
+
+/// Lengths, outlines and tiles, both kinds of them in every patch that allows it when `mixes`; `None` when no lengths close all
+/// patches, or one has no tiling even with rhombi.
 pub(super) fn pave(
     graph: &PatchGraph,
     edge_length: f64,
-    seed: u64,
+    fill: Fill,
+    mixes: bool,
     monitor: &Monitor,
 ) -> Result<Option<Paving>, SurfaceError> {
-    monitor.stage("lengths", 0.0)?;
-    let Some((mut steps, _)) = side_steps(graph, edge_length, &[], monitor)? else { return Ok(None) };
-    let mut chosen = courses(graph, &steps, monitor)?;
-    let mut filled = fill_all(graph, &chosen, seed, monitor)?;
-    let mut perimeters = Vec::new();
+    let lay = |wishes: &Wishes| Laid::new(graph, edge_length, wishes, fill, monitor);
+    let mut wishes = Wishes::default();
+    let mut laid = None;
+    if mixes {
+        wishes.mixing = vec![true; graph.patches.len()];
+        for _ in 0..PLAIN_ROUNDS {
+            laid = lay(&wishes)?;
+            let Some(mixed) = &laid else { break };
+            if mixed.empty().next().is_none() {
+                break;
+            }
+            // What has no tiling of both is laid in one lattice next, where that is possible.
+            mixed.empty().for_each(|p| wishes.mixing[p] = false);
+        }
+    }
+    if laid.as_ref().is_none_or(|laid| laid.empty().next().is_some()) {
+        wishes.mixing.clear();
+        laid = lay(&wishes)?;
+    }
+    let Some(mut laid) = laid else { return Ok(None) };
     let mut relengthened = Vec::new();
     for _ in 0..OTHER_LENGTHS {
-        let empty = |filled: &[Option<Filling>]| filled.iter().filter(|tiling| tiling.is_none()).count();
-        let Some(p) = filled.iter().position(Option::is_none) else { break };
+        let Some(p) = laid.empty().next() else { break };
         let around: i64 = graph.patches[p]
             .corners
             .iter()
-            .map(|c| i64::from(steps[c.side as usize].straight + steps[c.side as usize].pairs))
+            .map(|c| i64::from(laid.steps[c.side as usize].straight + laid.steps[c.side as usize].pairs))
             .sum();
-        let mut best = None;
+        let mut best: Option<(Laid, Wishes)> = None;
         for (least, most) in [(around + 1, i64::MAX), (0, around - 1)] {
-            let tried = [perimeters.as_slice(), &[Perimeter { patch: p, least, most }]].concat();
-            if let Some((steps, cost)) = side_steps(graph, edge_length, &tried, monitor)?
-                && best.as_ref().is_none_or(|&(_, least, _)| cost < least)
+            let mut tried = wishes.clone();
+            tried.perimeters.push(Perimeter { patch: p, least, most });
+            if let Some(other) = lay(&tried)?
+                && best.as_ref().is_none_or(|(known, _)| other.cost < known.cost)
             {
-                best = Some((steps, cost, tried));
+                best = Some((other, tried));
             }
         }
-        let Some((other, _, tried)) = best else { break };
-        let other_courses = courses(graph, &other, monitor)?;
-        let other_filled = fill_all(graph, &other_courses, seed, monitor)?;
-        perimeters = tried;
-        if empty(&other_filled) < empty(&filled) {
+        let Some((other, tried)) = best else { break };
+        wishes = tried;
+        if other.empty().count() < laid.empty().count() {
             relengthened.push(p as u32);
-            (steps, chosen, filled) = (other, other_courses, other_filled);
+            laid = other;
         }
     }
+    let Laid { courses: chosen, mut filled, .. } = laid;
     let mut with_rhombi = Vec::new();
     for (p, tiling) in filled.iter_mut().enumerate() {
         if tiling.is_some() {
@@ -115,8 +166,10 @@ pub(super) fn pave(
         if Certificate::new(boundary.directions()).defect.abs() > MOST_RHOMBI {
             return Ok(None);
         }
-        match tile_with_rhombi(&boundary, seed, &Options { memory: MEMORY }, monitor) {
-            Ok(Some(found)) => *tiling = Some(Filling { tiling: found.tiling, boundary, start: 0, slit: 0 }),
+        match tile_with_rhombi(&boundary, fill.seed(), &Options { memory: MEMORY }, monitor) {
+            Ok(Some(found)) => {
+                *tiling = Some(Filling { tiling: found.tiling, boundary, start: 0, slit: 0, count: None })
+            }
             Ok(None) | Err(TilingError::Unsettled { .. } | TilingError::Memory { .. }) => return Ok(None),
             Err(TilingError::Cancelled(cancelled)) => return Err(cancelled.into()),
             Err(error) => return Err(SurfaceError::Filling(error)),
@@ -131,22 +184,23 @@ pub(super) fn pave(
 fn fill_all(
     graph: &PatchGraph,
     courses: &[Course],
-    seed: u64,
+    fill: Fill,
     monitor: &Monitor,
 ) -> Result<Vec<Option<Filling>>, SurfaceError> {
     let count = graph.patches.len() as f64;
-    let fill = |(p, patch): (usize, &Patch)| {
-        monitor.stage("filling", p as f64 / count)?;
-        fill_patch(patch, courses, seed, monitor)
+    let done = AtomicUsize::new(0);
+    let fill_one = |patch: &Patch| {
+        monitor.stage("filling", done.fetch_add(1, Ordering::Relaxed) as f64 / count)?;
+        fill_patch(patch, courses, fill, monitor)
     };
-    graph.patches.iter().enumerate().map(fill).collect()
+    graph.patches.par_iter().map(fill_one).collect()
 }
 
 /// A tiling of a patch; `None` when there is none, or none within the memory.
 pub(super) fn fill_patch(
     patch: &Patch,
     courses: &[Course],
-    seed: u64,
+    fill: Fill,
     monitor: &Monitor,
 ) -> Result<Option<Filling>, SurfaceError> {
     let options = Options { memory: MEMORY };
@@ -154,10 +208,10 @@ pub(super) fn fill_patch(
     let defect = patch.total_interior_defect();
     let filling = if defect == 0 {
         let Ok(boundary) = Boundary::new(&code) else { return Ok(None) };
-        find_tiling(&boundary, seed, &options, monitor)
-            .map(|tiling| tiling.map(|tiling| Filling { tiling, boundary, start: 0, slit: 0 }))
+        choose(&boundary, fill, monitor)
+            .map(|(tiling, count)| tiling.map(|tiling| Filling { tiling, boundary, start: 0, slit: 0, count }))
     } else {
-        fill_cone(&code, defect, seed, &options, monitor)
+        fill_cone(&code, defect, fill.seed(), &options, monitor)
     };
     match filling {
         Ok(filling) => Ok(filling),
@@ -226,7 +280,8 @@ pub(super) fn stitch(
         sheets.push(Sheet { vertices, outline, slit: filling.slit, tiles: sheet_tiles });
     }
     let vertex_count = count as usize;
-    Paving { courses, filled, tiles, kinds, patch_of, along, sheets, vertex_count, relengthened, with_rhombi }
+    let counts = filled.iter().map(|filling| filling.count.clone()).collect();
+    Paving { courses, filled, tiles, kinds, patch_of, along, sheets, vertex_count, counts, relengthened, with_rhombi }
 }
 
 /// Which tiles and vertices belong to which patches and sides.

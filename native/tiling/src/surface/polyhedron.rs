@@ -3,12 +3,12 @@
 //! There is no surface to keep to: the mesh is shaped for regularity alone, and becomes one of equilateral triangles and
 //! squares where there is such a polyhedron, as the paper's b3D.
 
-use super::SurfaceError;
 use super::panels::{self, Panel};
 use super::patch_graph::PatchGraph;
 use super::paving::{PatchTiles, Paving, at_equal_steps, pave};
 use super::regular::{REGULAR, regularise};
 use super::zigzag::{Edit, Zigzag, zigzagged};
+use super::{Fill, SurfaceError};
 use mesh::{DVec3, Monitor, PolygonMesh};
 use std::sync::Arc;
 
@@ -77,7 +77,8 @@ pub fn tile_faces(
         return Err(SurfaceError::EdgeLength { edge_length, diagonal: polyhedron.diagonal() });
     }
     let patch_graph = PatchGraph::of_polygons(polyhedron, options.cones)?;
-    let paving = pave(&patch_graph, edge_length, options.seed, monitor)?.ok_or(SurfaceError::NoLengths)?;
+    let fill = fill_of(options);
+    let paving = pave(&patch_graph, edge_length, fill, false, monitor)?.ok_or(SurfaceError::NoLengths)?;
     shaped(patch_graph, paving, Edit::default(), edge_length, options, monitor)
 }
 
@@ -94,9 +95,14 @@ impl PolyhedronTiling {
     pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
         let Kept { paving, edge_length, options } = &self.kept;
         let graph = &self.patch_graph;
-        let (paving, edit) = zigzagged(graph, paving, zigzags, *edge_length, options.seed, monitor)?;
+        let (paving, edit) = zigzagged(graph, paving, zigzags, *edge_length, fill_of(options), monitor)?;
         shaped(graph.clone(), paving, edit, *edge_length, options, monitor)
     }
+}
+
+/// Patches are drawn from all their tilings.
+fn fill_of(options: &PolyhedronOptions) -> Fill {
+    Fill::Random { seed: options.seed, patch_panels: 0 }
 }
 
 /// Gives the tiles their places and shapes them.

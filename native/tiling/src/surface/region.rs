@@ -69,6 +69,13 @@ impl Line {
         let k = (t as usize).min(self.points.len() - 2);
         self.points[k].lerp(self.points[k + 1], t - k as f64)
     }
+
+    /// In the chart on its left (0) or right (1), where there is one.
+    pub fn image_at(&self, side: usize, t: f64) -> Option<DVec2> {
+        let image = self.images[side].as_ref()?;
+        let k = (t as usize).min(image.len() - 2);
+        Some(image[k].lerp(image[k + 1], t - k as f64))
+    }
 }
 
 /// A piece of a curve along which a region lies on the left, as it is walked.

@@ -6,12 +6,16 @@ use mesh::{Cancelled, Monitor};
 use std::collections::VecDeque;
 
 /// Regions looked at for each 30 degrees of defect, and at most in all; and how they are shared: about so many partitions of a region
-/// are followed, each with this many times the least it needs at least.
-pub(super) const BUDGET: f64 = 24.0;
-pub(super) const MOST_BUDGET: f64 = 100.0;
+/// are followed, each with this many times the least it needs at least. Work is counted, not timed: the same input gives the
+/// same patches on any machine.
+pub(super) const BUDGET: f64 = 32.0;
+pub(super) const MOST_BUDGET: f64 = 320.0;
 const FOLLOWED: f64 = 4.0;
 const BRANCHING: f64 = 1.5;
 const MOST_FOLLOWED: usize = 24;
+
+/// Binary partitions drawn for each way to share the defect of a region.
+pub(super) const DRAWN: usize = 10;
 
 /// The search for the best recursive partition: the best few of each region are followed, and the sum of the scores along
 /// the whole tree decides. Regions do not depend on each other, so each is solved for itself, with a share of the budget.
@@ -19,6 +23,8 @@ pub(super) struct Search<'a> {
     pub ground: &'a Ground<'a>,
     /// Number of the next curve.
     pub next: usize,
+    /// Regions whose partitions were listed so far.
+    pub looked_at: usize,
     pub monitor: &'a Monitor,
 }
 
@@ -30,12 +36,16 @@ fn least_budget(region: &Region) -> f64 {
 impl Search<'_> {
     /// Flat patches that make up a region, and their score, if one below `bound` is found within the budget of regions.
     pub fn solve(&mut self, region: &Region, budget: f64, bound: f64) -> Result<Option<(f64, Vec<Region>)>, Cancelled> {
+        let mut best: Option<(f64, Vec<Region>)> = None;
         if region.defect() == 0 {
-            let score = PART + self.ground.judge(region, true);
-            return Ok((score < bound).then(|| (score, vec![region.clone()])));
+            let score = PART + self.ground.judge(region);
+            best = (score < bound).then(|| (score, vec![region.clone()]));
+            if self.ground.uneven(region) == 0.0 {
+                return Ok(best);
+            }
         }
         if budget < 1.0 {
-            return Ok(None);
+            return Ok(best);
         }
         let mut divisions = self.ground.divisions(region, &mut self.next, self.monitor)?;
         // Divisions that divide the defect, three for one that only cuts a flat part off: such leave the same task behind.
@@ -50,20 +60,21 @@ impl Search<'_> {
         if let Some(last) = divisions.iter().position(is_last) {
             divisions[..=last].rotate_right(1);
         }
-        let mut best: Option<(f64, Vec<Region>)> = None;
-        let mut left = budget - 1.0;
+        let start = self.looked_at;
+        self.looked_at += 1;
         for division in divisions.into_iter().take(MOST_FOLLOWED) {
+            let left = budget - (self.looked_at - start) as f64;
             let least: f64 = division.parts.iter().map(least_budget).sum();
             if least > left {
                 continue;
             }
-            // What the division itself costs, without what its parts are expected to.
-            let expected: f64 = division.parts.iter().map(|part| PART + self.ground.judge(part, false)).sum();
-            let own = division.score - expected;
+            let own = division.own;
             let limit = best.as_ref().map_or(bound, |b| b.0.min(bound)) - own;
             let share = (BRANCHING * least).max(budget / FOLLOWED).min(left);
             let (mut sum, mut patches) = (0.0, Vec::new());
-            for part in &division.parts {
+            // Flat parts first: they need no search to fail.
+            let (flat, rest): (Vec<_>, Vec<_>) = division.parts.iter().partition(|part| part.defect() == 0);
+            for part in flat.into_iter().chain(rest) {
                 let of_part = if least > 0.0 { share * least_budget(part) / least } else { 0.0 };
                 let Some((score, found)) = self.solve(part, of_part, limit - sum)? else {
                     sum = f64::INFINITY;
@@ -72,7 +83,6 @@ impl Search<'_> {
                 sum += score;
                 patches.extend(found);
             }
-            left -= if least > 0.0 { share } else { 0.0 };
             if sum < limit {
                 best = Some((own + sum, patches));
             }

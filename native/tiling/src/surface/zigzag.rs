@@ -12,11 +12,11 @@
 //! outside keep all their tiles. The order of edges along the sides that change is searched together with the tilings of the
 //! patches beside them.
 
-use super::SurfaceError;
 use super::cone::Filling;
 use super::courses::{Course, fault};
 use super::patch_graph::PatchGraph;
 use super::paving::{Paving, fill_patch, stitch};
+use super::{Fill, SurfaceError};
 use crate::plane::Point;
 use mesh::Monitor;
 use solve::SolveError;
@@ -193,7 +193,7 @@ pub(super) fn zigzagged(
     paving: &Paving,
     zigzags: &[Zigzag],
     edge_length: f64,
-    seed: u64,
+    fill: Fill,
     monitor: &Monitor,
 ) -> Result<(Paving, Edit), SurfaceError> {
     for zigzag in zigzags {
@@ -205,7 +205,7 @@ pub(super) fn zigzagged(
         }
     }
     let Some(first) = zigzags.first() else { return Err(EditError::Edges { edges: 0 }.into()) };
-    let editor = Editor { graph, paving, zigzags, edge_length, seed, beside: beside(graph), monitor };
+    let editor = Editor { graph, paving, zigzags, edge_length, fill, beside: beside(graph), monitor };
     let mut allowed: BTreeSet<u32> =
         zigzags.iter().flat_map(|zigzag| editor.beside[zigzag.side as usize].iter().copied()).collect();
     let mut untileable = None;
@@ -272,7 +272,7 @@ struct Editor<'a> {
     paving: &'a Paving,
     zigzags: &'a [Zigzag],
     edge_length: f64,
-    seed: u64,
+    fill: Fill,
     beside: Vec<Vec<u32>>,
     monitor: &'a Monitor,
 }
@@ -595,7 +595,7 @@ impl Search<'_> {
         }
         self.outlines += 1;
         let filling = match fault(patch, &self.courses) {
-            0 => fill_patch(patch, &self.courses, self.editor.seed, self.editor.monitor)?,
+            0 => fill_patch(patch, &self.courses, self.editor.fill, self.editor.monitor)?,
             _ => None,
         };
         self.known.insert(key, filling.clone());
