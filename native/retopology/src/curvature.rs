@@ -24,9 +24,7 @@ const GROWING_SWEEPS: usize = 60;
 /// units, or [`LEAST_CHORD_ERROR`] of it; and on features that bend, to the chords that follow them. `plain` has the edge length wanted
 /// at each vertex otherwise, scene units. O(surface triangles).
 pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, plain: &[f64], wanted: Size, size: &mut [f64]) {
-    let cap = |(k, plain): (f64, &f64)| {
-        (8.0 * error.max(LEAST_CHORD_ERROR * plain) / k.max(f64::MIN_POSITIVE)).sqrt()
-    };
+    let cap = |(k, plain): (f64, &f64)| (8.0 * error.max(LEAST_CHORD_ERROR * plain) / k.max(f64::MIN_POSITIVE)).sqrt();
     let mut caps: Vec<f64> = bend(base, measures).into_iter().zip(plain).map(cap).collect();
     for (edge, _) in base.edges.iter().zip(&measures.rails).filter(|(_, rail)| **rail) {
         let points: Vec<_> = edge.path.iter().map(|&v| base.surface.positions[v as usize]).collect();
@@ -160,7 +158,7 @@ mod tests {
         let ridge = base(&shapes::sheet(8, 2), 8, 4.0, &|p| p + DVec3::Z * (0.4 * (-p.x * p.x * 8.0).exp()));
         let measures = Measures::new(&ridge).unwrap();
         let mut size = vec![1.0; ridge.surface.positions.len()];
-        bound(&ridge, &measures, 0.002, &vec![0.0; size.len()], Size::TargetFaces(400), &mut size);
+        bound(&ridge, &measures, 0.002, &vec![0.01; size.len()], Size::TargetFaces(400), &mut size);
         let at = |x: f64| {
             let near = ridge.surface.positions.iter().zip(&size).filter(|(p, _)| (p.x - x).abs() < 0.1);
             near.map(|(_, s)| *s).fold(f64::INFINITY, f64::min)

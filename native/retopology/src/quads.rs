@@ -231,7 +231,7 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     }
     if options.rounds > 0 {
         let held = work.settle(&rails.means(base, &plain));
-        work.optimise(&lengths, options.rounds / 3, &smooth, monitor)?;
+        work.optimise(&lengths, options.rounds, &smooth, monitor)?;
         if work.release(&held) > 0 {
             work.optimise(&lengths, 0, &smooth, monitor)?;
         }
@@ -242,7 +242,13 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
         work.improve(&smooth, monitor)?;
     }
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
-    let (mended, inverted) = work.mend(&smooth, sound, monitor)?;
+    let (mut mended, mut inverted) = work.mend(&smooth, sound, monitor)?;
+    if inverted > 0 && work.release(&work.pinned()) > 0 {
+        // No bend is worth an inverted quad.
+        work.optimise(&lengths, 0, &smooth, monitor)?;
+        let more = work.mend(&smooth, sound, monitor)?;
+        (mended, inverted) = (mended + more.0, more.1);
+    }
     clock.stop("improve");
     monitor.stage("source", 0.95)?;
     let source = work.sources();
@@ -406,6 +412,12 @@ impl Work<'_> {
             }
         }
         Ok(moved)
+    }
+
+    /// Vertices that are held although their place on the base lets them slide or move.
+    fn pinned(&self) -> Vec<usize> {
+        let moves = |v: usize| constraint(self.filled.places[v], self.rails) != Constraint::Fixed;
+        (0..self.constraints.len()).filter(|&v| self.constraints[v] == Constraint::Fixed && moves(v)).collect()
     }
 
     /// Lets go of vertices around which quads are bad. Returns how many.
