@@ -54,8 +54,8 @@ pub(crate) fn chords(links: &[Vec<u32>], areas: &[f64]) -> Vec<Chord> {
 pub(crate) struct Term {
     pub weight: f64,
     pub value: f64,
-    /// Whether the value is the least that will do.
-    pub least: bool,
+    /// The least value that will do, if there is one.
+    pub least: Option<f64>,
 }
 
 /// Sums over a run of terms that get one value.
@@ -72,8 +72,8 @@ impl Run {
         self.weight += term.weight;
         self.first += term.weight * term.value;
         self.second += term.weight * term.value * term.value;
-        if term.least {
-            self.least = Some(self.least.map_or(term.value, |least| least.max(term.value)));
+        if let Some(wanted) = term.least {
+            self.least = Some(self.least.map_or(wanted, |least| least.max(wanted)));
         }
     }
 

@@ -11,7 +11,8 @@ use crate::measures::Measures;
 use crate::quads::LEAST_CHORD_ERROR;
 use mesh::Topology;
 
-/// Curvature never makes edges shorter than this fraction of the length elsewhere: their rows would run on over the flats.
+/// Curvature never makes edges shorter than this fraction of the length elsewhere: their rows would run on over the flats. What
+/// is painted outranks it: with a contrast of c the fraction is the c-th root of this.
 const LEAST_SIZE: f64 = 0.4;
 /// How fast the relative edge length may grow, per edge length of way.
 const GROWTH: f64 = 0.25;
@@ -40,7 +41,9 @@ pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, plain: &[f64],
             from = to;
         }
     }
-    let bounded = |h: f64, v: u32| size[v as usize].min((caps[v as usize] / h).max(LEAST_SIZE * size[v as usize]));
+    let [least, most] = [f64::min, f64::max].map(|pick| size.iter().copied().reduce(pick).unwrap_or(1.0));
+    let least_size = LEAST_SIZE.powf(least / most);
+    let bounded = |h: f64, v: u32| size[v as usize].min((caps[v as usize] / h).max(least_size * size[v as usize]));
     let quads = |h: f64| -> f64 {
         let mean = |t: &[u32; 3]| t.iter().map(|&v| bounded(h, v)).sum::<f64>() / 3.0 * h;
         let triangles = base.surface.triangles.iter().enumerate();
@@ -158,7 +161,7 @@ mod tests {
         let ridge = base(&shapes::sheet(8, 2), 8, 4.0, &|p| p + DVec3::Z * (0.4 * (-p.x * p.x * 8.0).exp()));
         let measures = Measures::new(&ridge).unwrap();
         let mut size = vec![1.0; ridge.surface.positions.len()];
-        bound(&ridge, &measures, 0.002, &vec![0.0; size.len()], Size::TargetFaces(400), &mut size);
+        bound(&ridge, &measures, 0.002, &vec![0.01; size.len()], Size::TargetFaces(400), &mut size);
         let at = |x: f64| {
             let near = ridge.surface.positions.iter().zip(&size).filter(|(p, _)| (p.x - x).abs() < 0.1);
             near.map(|(_, s)| *s).fold(f64::INFINITY, f64::min)

@@ -30,7 +30,7 @@ const CLOSE_ENOUGH: f64 = 0.004;
 const PATTERN_WEIGHT: f64 = 2.0;
 /// How far the chords of a bent feature may leave it, in mean edge lengths, before it gets more edges; and how much more its
 /// wishes count than those of others then.
-pub(crate) const CHORD_ERROR: f64 = 0.035;
+pub(crate) const CHORD_ERROR: f64 = 0.04;
 const BENT_WEIGHT: f64 = 8.0;
 /// Bends are not followed with edges shorter than this, in mean edge lengths; nor, where so many quads would be too many by
 /// [`MOST_MISS`], than these.
@@ -321,19 +321,21 @@ impl<'a> Sides<'a> {
             }
         }
         // Bent features need more edges than their length says, and will have them before others have theirs.
-        let mut bent = vec![false; base.edges.len()];
+        let mut least = vec![None; base.edges.len()];
         for (e, edge) in base.edges.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
             let points: Vec<DVec3> = edge.path.iter().map(|&v| at(v)).collect();
             let edge_length = mean_along(&edge.path, plain);
             // The last resort asks for nothing.
             let error = if shortest.is_finite() { CHORD_ERROR * edge_length } else { f64::INFINITY };
             let wanted = parts(&points, error, shortest * edge_length).len() as f64 * h;
-            bent[e] = wanted > 1.05 * lengths[e];
+            if wanted > 1.5 * h {
+                least[e] = Some(wanted.ln());
+            }
             lengths[e] = lengths[e].max(wanted);
         }
         for e in 0..base.edges.len() as u32 {
             if let Some(count) = fixed.count(e) {
-                (lengths[e as usize], bent[e as usize]) = (f64::from(count) * h, false);
+                (lengths[e as usize], least[e as usize]) = (f64::from(count) * h, None);
                 areas[e as usize] *= FIXED_WEIGHT;
             }
         }
@@ -347,13 +349,13 @@ impl<'a> Sides<'a> {
             bound: Vec::new(),
         };
         if irregularity.is_infinite() && templates.is_empty() {
-            sides.conform(&lengths, &areas, &bent, h);
+            sides.conform(&lengths, &areas, &least, h);
             return sides;
         }
         for chord in chords(&links, &areas) {
             let term = |&e: &u32| {
                 let e = e as usize;
-                Term { weight: areas[e] / (h * h), value: lengths[e].ln(), least: bent[e] }
+                Term { weight: areas[e] / (h * h), value: lengths[e].ln(), least: least[e] }
             };
             let terms: Vec<Term> = chord.edges.iter().map(term).collect();
             for piece in cut(&terms, chord.closed, irregularity) {
@@ -390,7 +392,7 @@ impl<'a> Sides<'a> {
     /// Pieces for the coarsest layout: no chord is cut, and patches of other than four sides are seen as divided into quads from
     /// their middle, so that the chords of the halves of their sides go on through them. Any counts of these fit everywhere, and
     /// all irregular vertices lie on few lines.
-    fn conform(&mut self, lengths: &[f64], areas: &[f64], bent: &[bool], h: f64) {
+    fn conform(&mut self, lengths: &[f64], areas: &[f64], least: &[Option<f64>], h: f64) {
         // Halves are numbered 2 e and 2 e + 1 along base edge e.
         let half = |sides: &Self, corner: u32, second: bool| {
             let edge = sides.edge(corner);
@@ -419,8 +421,9 @@ impl<'a> Sides<'a> {
             for &half in &class {
                 let e = half as usize / 2;
                 if areas[e] > 0.0 {
-                    let part = if halved { 0.5 } else { 1.0 };
-                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least: bent[e] });
+                    let part: f64 = if halved { 0.5 } else { 1.0 };
+                    let least = least[e].map(|least| least + part.ln());
+                    run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least });
                 }
             }
             // Where nothing divides the sides one count for both halves will do.

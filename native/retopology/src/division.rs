@@ -16,7 +16,7 @@ const PINNING_TURN: f64 = PI * 12.0 / 180.0;
 /// An edge may differ from the direction of its rail by this much; more costs as much as an edge of zero length: 9 degrees.
 const MOST_STRAY: f64 = PI * 9.0 / 180.0;
 /// An edge that leaves its rail by this fraction of the edge length costs as much as one of zero length.
-const TOLERANCE: f64 = 0.03;
+const TOLERANCE: f64 = 0.04;
 /// An edge that leaves its rail by less than this fraction of the edge length follows it wherever its ends are.
 const HARDLY: f64 = 0.003;
 /// Weight of a vertex's distance from its even place, in edges, squared.
@@ -267,7 +267,7 @@ fn choose(line: &Line, wanted: &[f64], stays: &[bool], edge_length: f64) -> Vec<
                     let (away, angle) = line.leaves(before, place);
                     let off = (away / (TOLERANCE * edge_length)).max(angle / MOST_STRAY);
                     let uneven = (length / (wanted[i] - wanted[i - 1]).max(f64::MIN_POSITIVE)).ln().powi(2);
-                    let total = cost + off * off + uneven + stay;
+                    let total = cost + off.powi(3) + uneven + stay;
                     if total < best.0 {
                         best = (total, k);
                     }

@@ -271,7 +271,13 @@ pub(crate) fn quads_after(
         work.improve(&smooth, monitor)?;
     }
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
-    let (mended, inverted) = work.mend(&smooth, sound, monitor)?;
+    let (mut mended, mut inverted) = work.mend(&smooth, sound, monitor)?;
+    if inverted > 0 && work.release(&work.pinned()) > 0 {
+        // No bend is worth an inverted quad.
+        work.optimise(&work.lengths(&wanted), 0, &smooth, monitor)?;
+        let more = work.mend(&smooth, sound, monitor)?;
+        (mended, inverted) = (mended + more.0, more.1);
+    }
     clock.stop("improve");
     monitor.stage("source", 0.95)?;
     let source = work.sources();
@@ -383,7 +389,7 @@ impl<'a> Work<'a> {
         monitor: &Monitor,
     ) -> Result<(), LayoutError> {
         let (mut part, names) = self.part(movable);
-        let lengths: Vec<f64> = part.sizes(wanted.size).into_iter().map(|size| size * wanted.edge_length).collect();
+        let lengths = part.lengths(wanted);
         // The maps reach every tip, the pull slips off: so before it too.
         let mut reached = part.reach(wanted, monitor)?;
         part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
@@ -404,7 +410,7 @@ impl<'a> Work<'a> {
         if wanted.rounds > 0 {
             let held = self.settle(wanted.rail_edge, movable);
             let (mut part, names) = self.part(movable);
-            part.optimise(&lengths, wanted.rounds / 3, smooth, monitor)?;
+            part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
             let held: Vec<usize> = held.into_iter().filter_map(|v| names.binary_search(&(v as u32)).ok()).collect();
             if part.release(&held) > 0 {
                 part.optimise(&lengths, 0, smooth, monitor)?;
@@ -546,6 +552,12 @@ impl<'a> Work<'a> {
         Ok(moved)
     }
 
+    /// Vertices that are held although their place on the base lets them slide or move.
+    fn pinned(&self) -> Vec<usize> {
+        let moves = |v: usize| constraint(self.filled.places[v], self.rails) != Constraint::Fixed;
+        (0..self.constraints.len()).filter(|&v| self.constraints[v] == Constraint::Fixed && moves(v)).collect()
+    }
+
     /// Lets go of vertices around which quads are bad. Returns how many.
     fn release(&mut self, fixed: &[usize]) -> usize {
         let surfaces = surfaces(self.charts);
@@ -628,12 +640,12 @@ impl<'a> Work<'a> {
         self.chart_of_quad = patch.surface_of;
     }
 
-    /// The relative edge length at each vertex, from those at the vertices of the surface.
-    fn sizes(&self, size: &[f64]) -> Vec<f64> {
+    /// The wanted edge length at each vertex, from the relative ones at the vertices of the surface.
+    fn lengths(&self, wanted: &Wanted<'_>) -> Vec<f64> {
         let corners = &self.base.surface.triangles;
         let at = |found: SourcePoint| {
             let weights = corners[found.surface_triangle as usize].iter().zip(found.barycentric);
-            weights.map(|(&v, weight)| size[v as usize] * weight).sum()
+            weights.map(|(&v, weight)| wanted.size[v as usize] * weight).sum::<f64>() * wanted.edge_length
         };
         self.sources().into_iter().map(at).collect()
     }
