@@ -50,8 +50,8 @@ pub(super) struct Tolerance {
     pub is_flat: bool,
 }
 
-/// Tried one after another: corners as the angles are; charts that are patches as they are; smaller charts; corners as they are
-/// whatever they leave.
+/// Tried two by two, until there is a result: corners as the angles are, and charts that are patches as they are; then smaller
+/// charts, and corners as they are whatever they leave.
 pub(super) const TOLERANCES: [Tolerance; 4] = [
     Tolerance { corners: 1.0, curvature: 7.0, is_flat: false },
     Tolerance { corners: 1.0, curvature: 4.0, is_flat: true },
@@ -136,7 +136,14 @@ impl Draft {
 
     fn ground(&self, mixed: f64, drawn: usize) -> Ground<'_> {
         let Base { cut, creases, edge_length, .. } = &*self.base;
-        Ground { old: self.base.chains.is_line.len(), mixed, drawn, charts: &cut.charts, edge_length: *edge_length, creases }
+        Ground {
+            old: self.base.chains.is_line.len(),
+            mixed,
+            drawn,
+            charts: &cut.charts,
+            edge_length: *edge_length,
+            creases,
+        }
     }
 
     /// The admissible partitions of a region, best first.
@@ -390,9 +397,8 @@ fn region(
     let is_sharp = |k: usize| (6.0 - chart.angles[k % n] / FRAC_PI_6).abs() > TURN;
     let starts = runs.iter().map(|run| run.2).filter(|&k| is_sharp(k)).count();
     let inner = runs.iter().filter(|run| chains.is_line[run.0]);
-    let sharp: usize = inner
-        .map(|&(line, _, first)| (1..chains.paths[line].len() - 1).filter(|k| is_sharp(first + k)).count())
-        .sum();
+    let sharp: usize =
+        inner.map(|&(line, _, first)| (1..chains.paths[line].len() - 1).filter(|k| is_sharp(first + k)).count()).sum();
     let is_flat = tolerance.is_flat && starts + sharp >= 3;
     // Turns beside the end of a run go to where the next one starts.
     let mut carried = 0.0;

@@ -54,7 +54,7 @@ pub use shape::ShapeOptions;
 
 use crate::{Kind, TilingError};
 use input::Input;
-use layout::{Draft, TOLERANCES, Tolerance};
+use layout::{Draft, TOLERANCES};
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, Topology, TriangleMesh};
 use num_bigint::BigUint;
 use paper::Paper;
@@ -328,33 +328,9 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Input::new(surface, edge_length, options, monitor)?;
     lap(0);
-    let tolerances: &[Tolerance] = if options.partition == Partition::Paper { &TOLERANCES } else { &[] };
-    let mut drafts: Vec<Draft> = Vec::new();
-    for &tolerance in tolerances {
-        if let Some(draft) = Draft::new(&input, edge_length, options, tolerance, monitor)?
-            && drafts.iter().all(|other| other.outline() != draft.outline())
-        {
-            drafts.push(draft);
-        }
-    }
-    // Charts that lattices fit are worth trying first.
-    drafts.sort_by_key(Draft::is_odd);
-    let mut best: Option<(f64, SurfaceTiling)> = None;
-    for draft in drafts {
-        let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)? else { continue };
-        if !paper.turned.is_empty() {
-            continue;
-        }
-        let tiling = paper.measured(edge_length, Vec::new())?;
-        let flaws = tiling.flaws();
-        if best.as_ref().is_none_or(|(least, _)| flaws < *least) {
-            best = Some((flaws, tiling));
-        }
-        if flaws < FEW_FLAWS {
-            break;
-        }
-    }
-    if let Some((_, tiling)) = best {
+    if options.partition == Partition::Paper
+        && let Some(tiling) = of_patches(&input, edge_length, options, &mut lap, monitor)?
+    {
         lap(4);
         return Ok(SurfaceTiling { stages, ..tiling });
     }
@@ -391,6 +367,49 @@ pub fn tile_surface(
         interior_vertices,
         stages,
     })
+}
+
+/// The mesh of the best patch graph found; `None` where there is none, or panels of all would turn over.
+fn of_patches(
+    input: &Input,
+    edge_length: f64,
+    options: &SurfaceOptions,
+    lap: &mut impl FnMut(usize),
+    monitor: &Monitor,
+) -> Result<Option<SurfaceTiling>, SurfaceError> {
+    let mut best: Option<(f64, SurfaceTiling)> = None;
+    let mut tried = Vec::new();
+    for tolerances in TOLERANCES.chunks(2) {
+        let mut drafts: Vec<Draft> = Vec::new();
+        for &tolerance in tolerances {
+            if let Some(draft) = Draft::new(input, edge_length, options, tolerance, monitor)?
+                && !tried.contains(&draft.outline())
+            {
+                tried.push(draft.outline());
+                drafts.push(draft);
+            }
+        }
+        // Charts that lattices fit are worth trying first.
+        drafts.sort_by_key(Draft::is_odd);
+        for draft in drafts {
+            let Some(paper) = Paper::new(input, &draft, edge_length, options, lap, monitor)? else { continue };
+            if !paper.turned.is_empty() {
+                continue;
+            }
+            let tiling = paper.measured(edge_length, Vec::new())?;
+            let flaws = tiling.flaws();
+            if best.as_ref().is_none_or(|(least, _)| flaws < *least) {
+                best = Some((flaws, tiling));
+            }
+            if flaws < FEW_FLAWS {
+                break;
+            }
+        }
+        if best.is_some() {
+            break;
+        }
+    }
+    Ok(best.map(|(_, tiling)| tiling))
 }
 
 /// The surface tiled with one edge length.

@@ -27,7 +27,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const MEMORY: usize = 1 << 25;
 
 /// Programmes of lengths that a patch graph is worth.
-const EFFORT: usize = 5;
+const EFFORT: usize = 4;
 
 /// Patches without a tiling that are mended; with more, the patch graph is not worth keeping.
 const MOST_EMPTY: usize = 3;
