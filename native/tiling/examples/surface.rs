@@ -15,10 +15,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [folder, edge, files @ ..] = arguments.as_slice() else {
         return Err("usage: surface OUT_FOLDER EDGE|nPANELS FILE.obj...".into());
     };
-    // RANDOM_SEED in the environment asks for patches filled at random.
-    let fill = match std::env::var("RANDOM_SEED") {
-        Ok(seed) => Fill::Random { seed: seed.parse()?, patch_panels: 40 },
-        Err(_) => Fill::Regular,
+    // RANDOM_SEED in the environment asks for patches filled at random, FRACTURED_SEED for fractured ones.
+    let seed = |name: &str| std::env::var(name).ok().map(|seed| seed.parse()).transpose();
+    let fill = match (seed("RANDOM_SEED")?, seed("FRACTURED_SEED")?) {
+        (Some(seed), _) => Fill::Random { seed, patch_panels: 40 },
+        (_, Some(seed)) => Fill::Fractured { seed },
+        _ => Fill::Regular,
     };
     // PAPER in the environment asks for the paper's partition.
     let partition = if std::env::var_os("PAPER").is_some() { Partition::Paper } else { Partition::Expansion };
@@ -91,6 +93,8 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
             result.relengthened_patches.len(),
             result.patches_with_rhombi.len()
         )?;
+        let counts = result.tiling_counts.iter().map(|count| count.as_ref().map_or("?".into(), ToString::to_string));
+        write!(remarks, ", tilings {}", counts.collect::<Vec<_>>().join(" "))?;
     }
     if !defects.manifold() {
         remarks += " NOT MANIFOLD";

@@ -1,7 +1,8 @@
 //! Cutting a surface into disks that can be laid flat (section 4.2.1: "subdivide it into sub-surfaces of disk topology").
 //!
-//! The surface is cut along marked edges first. A piece with several borders is cut along a shortest path between two of
-//! them; a closed piece, or one with handles, by the plane across the middle of its longest axis. So is a disk whose
+//! The surface is cut along marked edges first. A piece with several borders is cut by a plane through two of them, which
+//! makes two pieces of a ring: one slit along a path would lie beside itself when laid flat. A closed piece, or one with handles,
+//! is cut by the plane across the middle of its longest axis. So is a disk whose
 //! conformal map folds, overlaps itself or shrinks a part of it too much, and one that is curved so much that the search for
 //! partitions, whose cost grows with the defect to be shared out, would find nothing good in it. (The paper cuts a sphere by
 //! hand, into six slices of 120 degrees each.)
@@ -9,7 +10,7 @@
 use super::chart::{Chart, vertex_curvature};
 use glam::DMat3;
 use mesh::{Cancelled, DVec3, Monitor, NONE, Topology, TriangleMesh, sorted};
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Most pieces; a surface that needs more has no patches larger than its panels.
 const MOST_PIECES: usize = 96;
@@ -18,7 +19,7 @@ const MOST_PIECES: usize = 96;
 const LEAST_AREA: f64 = 30.0;
 const MANY_PIECES: usize = 48;
 
-/// A vertex this near to a cutting plane, in mean edges of the piece, counts as on it.
+/// A vertex this near to a cutting plane, in the shortest of its edges, counts as on it.
 const ON_PLANE: f64 = 0.12;
 
 /// A surface in charts.
@@ -62,13 +63,15 @@ pub(super) fn cut(
         let mut has_cut = false;
         for piece in &pieces {
             monitor.check()?;
-            if Topology::of_triangles(&piece.mesh).border_loops().len() > 1 {
-                let path = path_between_borders(piece);
-                if path.len() < 2 {
+            let topology = Topology::of_triangles(&piece.mesh);
+            let loops = topology.border_loops();
+            if loops.len() > 1 {
+                let plane = plane_across_borders(&piece.mesh, &topology, &loops);
+                if !divide(&mut mesh, &mut [&mut edges, &mut marked], piece, plane) {
                     return Ok(None);
                 }
-                edges.extend(path.windows(2).map(|w| sorted(piece.origin[w[0] as usize], piece.origin[w[1] as usize])));
                 has_cut = true;
+                break;
             }
         }
         if has_cut {
@@ -188,57 +191,55 @@ pub(super) fn pieces(mesh: &TriangleMesh, edges: &BTreeSet<[u32; 2]>) -> Vec<Pie
         .collect()
 }
 
-/// Shortest path along edges from the first border loop to another.
-fn path_between_borders(piece: &Piece) -> Vec<u32> {
-    let topology = Topology::of_triangles(&piece.mesh);
-    let loops = topology.border_loops();
-    let first: BTreeSet<u32> = loops[0].iter().map(|&h| topology.from(h)).collect();
-    let mut distance = vec![f64::INFINITY; piece.mesh.positions.len()];
-    let mut before = vec![NONE; distance.len()];
-    // Distances as whole numbers order the queue; a millionth of the mean edge is exact enough.
-    let unit = mean_edge(&piece.mesh) * 1e-6;
-    let mut queue = BinaryHeap::new();
-    for &v in &first {
-        distance[v as usize] = 0.0;
-        queue.push((std::cmp::Reverse(0u64), v));
+/// A point of a plane and its normal.
+type Plane = [DVec3; 2];
+
+/// The plane that cuts two borders of a piece: through the middles of the shortest and of the one nearest to it, upright on
+/// the surface; so a tube is halved along, and a frame across.
+fn plane_across_borders(mesh: &TriangleMesh, topology: &Topology, loops: &[Vec<u32>]) -> Plane {
+    let of_loop = |border: &Vec<u32>| {
+        let points: Vec<DVec3> = border.iter().map(|&h| mesh.positions[topology.from(h) as usize]).collect();
+        let length = |k: usize| points[k].distance(points[(k + 1) % points.len()]);
+        let whole: f64 = (0..points.len()).map(length).sum();
+        let middle = |k: usize| length(k) * points[k].midpoint(points[(k + 1) % points.len()]);
+        (whole, (0..points.len()).map(middle).sum::<DVec3>() / whole.max(f64::MIN_POSITIVE))
+    };
+    let middles: Vec<(f64, DVec3)> = loops.iter().map(of_loop).collect();
+    let shortest = (0..loops.len()).min_by(|&a, &b| middles[a].0.total_cmp(&middles[b].0)).unwrap_or(0);
+    let from = middles[shortest].1;
+    let others = (0..loops.len()).filter(|&k| k != shortest).map(|k| middles[k].1);
+    let to = others.min_by(|a, b| a.distance(from).total_cmp(&b.distance(from))).unwrap_or(from);
+    let areas = (0..mesh.triangles.len()).map(|t| mesh.area_normal(t));
+    let (up, area) = areas.fold((DVec3::ZERO, 0.0), |(up, area), a| (up + a, area + a.length()));
+    let size = area.sqrt();
+    let along = (to - from) / size.max(f64::MIN_POSITIVE);
+    let up = if up.length() > 0.1 * area { up.normalize() } else { DVec3::ZERO };
+    // Where these leave the plane free, it is the one across the longest axis, made to contain the other.
+    let centre = 0.5 * (from + to);
+    let across = along.cross(up);
+    if across.length() > 0.05 {
+        return [centre, across.normalize()];
     }
-    while let Some((std::cmp::Reverse(at), v)) = queue.pop() {
-        if at > (distance[v as usize] / unit) as u64 {
-            continue;
-        }
-        if topology.is_border_vertex(v) && !first.contains(&v) {
-            let mut path = vec![v];
-            while before[path[path.len() - 1] as usize] != NONE {
-                path.push(before[path[path.len() - 1] as usize]);
-            }
-            return path;
-        }
-        for w in topology.neighbours(v) {
-            let there =
-                distance[v as usize] + piece.mesh.positions[v as usize].distance(piece.mesh.positions[w as usize]);
-            if there < distance[w as usize] && !first.contains(&w) {
-                distance[w as usize] = there;
-                before[w as usize] = v;
-                queue.push((std::cmp::Reverse((there / unit) as u64), w));
-            }
-        }
-    }
-    Vec::new()
+    let kept = if up == DVec3::ZERO { along.normalize_or_zero() } else { up };
+    let axis = longest_axis(mesh, centre, kept);
+    [centre, axis]
 }
 
-fn mean_edge(mesh: &TriangleMesh) -> f64 {
-    let sum: f64 = (0..mesh.triangles.len())
-        .map(|t| {
-            let [a, b, c] = mesh.points(t);
-            a.distance(b) + b.distance(c) + c.distance(a)
-        })
-        .sum();
-    sum / (3 * mesh.triangles.len()).max(1) as f64
+/// The shortest edge at each vertex.
+fn shortest_edges(mesh: &TriangleMesh) -> Vec<f64> {
+    let mut shortest = vec![f64::INFINITY; mesh.positions.len()];
+    for corners in &mesh.triangles {
+        for k in 0..3 {
+            let ends = [corners[k], corners[(k + 1) % 3]].map(|v| v as usize);
+            let length = mesh.positions[ends[0]].distance(mesh.positions[ends[1]]);
+            ends.iter().for_each(|&v| shortest[v] = shortest[v].min(length));
+        }
+    }
+    shortest
 }
 
-/// Divides a piece by the plane across its longest axis, splitting the edges that the plane meets; whether it did.
+/// Divides a piece by the plane across its longest axis; whether it did.
 fn bisect(mesh: &mut TriangleMesh, edge_sets: &mut [&mut BTreeSet<[u32; 2]>; 2], piece: &Piece) -> bool {
-    let near = ON_PLANE * mean_edge(&piece.mesh);
     let (mut area, mut centre) = (0.0, DVec3::ZERO);
     for t in 0..piece.mesh.triangles.len() {
         let weight = piece.mesh.area_normal(t).length();
@@ -246,12 +247,23 @@ fn bisect(mesh: &mut TriangleMesh, edge_sets: &mut [&mut BTreeSet<[u32; 2]>; 2],
         area += weight;
     }
     centre /= area;
-    let axis = longest_axis(&piece.mesh, centre);
+    let axis = longest_axis(&piece.mesh, centre, DVec3::ZERO);
+    divide(mesh, edge_sets, piece, [centre, axis])
+}
+
+/// Divides a piece by a plane, splitting the edges that the plane meets; whether it did.
+fn divide(
+    mesh: &mut TriangleMesh,
+    edge_sets: &mut [&mut BTreeSet<[u32; 2]>; 2],
+    piece: &Piece,
+    [centre, axis]: Plane,
+) -> bool {
+    let near = shortest_edges(&piece.mesh);
     // The height over the plane, by vertices of the whole: those of other pieces are not cut.
     let mut height: BTreeMap<u32, f64> = BTreeMap::new();
-    for (&v, p) in piece.origin.iter().zip(&piece.mesh.positions) {
+    for ((&v, p), near) in piece.origin.iter().zip(&piece.mesh.positions).zip(near) {
         let h = (*p - centre).dot(axis);
-        height.insert(v, if h.abs() < near { 0.0 } else { h });
+        height.insert(v, if h.abs() < ON_PLANE * near { 0.0 } else { h });
     }
     let inside: BTreeSet<[u32; 3]> = piece.triangles_of_whole().collect();
     let mut middle: BTreeMap<[u32; 2], u32> = BTreeMap::new();
@@ -324,16 +336,18 @@ fn divided(corners: [u32; 3], middle: &BTreeMap<[u32; 2], u32>) -> Vec<[u32; 3]>
     }
 }
 
-/// Direction in which the triangles spread most.
-fn longest_axis(mesh: &TriangleMesh, centre: DVec3) -> DVec3 {
+/// Direction in which the triangles spread most, of those at right angles to `kept`.
+fn longest_axis(mesh: &TriangleMesh, centre: DVec3, kept: DVec3) -> DVec3 {
     let mut spread = DMat3::ZERO;
     for t in 0..mesh.triangles.len() {
         let weight = mesh.area_normal(t).length();
         let d = mesh.points(t).iter().sum::<DVec3>() / 3.0 - centre;
+        let d = d - d.dot(kept) * kept;
         spread += DMat3::from_cols(d.x * d, d.y * d, d.z * d) * weight;
     }
     // Power iteration; ties, as on a sphere, are broken by where it starts.
-    let mut axis = DVec3::new(0.3, 0.2, 1.0).normalize();
+    let start = DVec3::new(0.3, 0.2, 1.0);
+    let mut axis = (start - start.dot(kept) * kept).normalize();
     for _ in 0..64 {
         axis = (spread * axis).try_normalize().unwrap_or(axis);
     }

@@ -28,8 +28,12 @@ pub(super) const TURN: f64 = 0.5;
 /// A smooth stretch gets a corner when it turns by more than this, in units of 30 degrees: less is better left to its ends.
 pub(super) const LEAST_TURN: f64 = 0.75;
 
-/// The shortest distance between corners of one border, in edges.
+/// The shortest distance between corners of one border, in edges; and that under which two of its vertices are one corner.
 const APART: f64 = 1.3;
+const CLOSE: f64 = 0.8;
+
+/// The same for vertices at which it turns to one side and back: what stairs of a few panels are.
+const STEP: f64 = 2.2;
 
 /// A crease that is not followed: the surface turns by more than this there, radians.
 const CREASE: f64 = 0.6;
@@ -41,14 +45,18 @@ pub(super) struct Tolerance {
     pub corners: f64,
     /// The most curvature of one sign in a chart, in units of 30 degrees.
     pub curvature: f64,
+    /// Whether charts with three corners or more are patches as they are: smooth borders get no corners, and the others change until
+    /// the defect is zero.
+    pub is_flat: bool,
 }
 
-/// Tried one after another: small charts where large ones lead nowhere, and corners as they are whatever they leave, as on a slight
-/// saddle, which then is one patch.
-pub(super) const TOLERANCES: [Tolerance; 3] = [
-    Tolerance { corners: 1.0, curvature: 7.0 },
-    Tolerance { corners: 1.0, curvature: 3.6 },
-    Tolerance { corners: f64::INFINITY, curvature: 7.0 },
+/// Tried two by two, until there is a result: corners as the angles are, and charts that are patches as they are; then smaller
+/// charts, and corners as they are whatever they leave.
+pub(super) const TOLERANCES: [Tolerance; 4] = [
+    Tolerance { corners: 1.0, curvature: 7.0, is_flat: false },
+    Tolerance { corners: 1.0, curvature: 4.0, is_flat: true },
+    Tolerance { corners: 1.0, curvature: 3.6, is_flat: false },
+    Tolerance { corners: f64::INFINITY, curvature: 7.0, is_flat: false },
 ];
 
 /// Numbers of curves kept free for each region, so that all can be divided at once.
@@ -95,6 +103,13 @@ pub(super) struct Draft {
 }
 
 impl Draft {
+    /// Whether there are corners of 150 or 210 degrees: no lattice has them, so patches with them are seldom tiled.
+    pub fn is_odd(&self) -> bool {
+        self.regions.iter().flat_map(|region| &region.corners).any(|c| matches!(c, 5 | 7))
+    }
+}
+
+impl Draft {
     /// The charts of a surface, with corners; `None` when it cannot be cut into charts whose corners close.
     ///
     /// Corners are the nearest to their angles unless what they leave is off the curvature by `tolerance`, of [`TOLERANCES`].
@@ -112,7 +127,7 @@ impl Draft {
         let lines = lines(&cut, &chains);
         let shared = shared_corners(&cut, &chains, &lines, edge_length);
         let regions: Option<Vec<Region>> = (0..cut.charts.len())
-            .map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options, tolerance.corners))
+            .map(|c| region(&cut, &chains, &lines, &shared, c, edge_length, options, tolerance))
             .collect();
         let creases = creases(&cut);
         let base = Shared::new(Base { cut, chains, creases, edge_length, corner_angle: options.corner_angle });
@@ -121,7 +136,14 @@ impl Draft {
 
     fn ground(&self, mixed: f64, drawn: usize) -> Ground<'_> {
         let Base { cut, creases, edge_length, .. } = &*self.base;
-        Ground { mixed, drawn, charts: &cut.charts, edge_length: *edge_length, creases }
+        Ground {
+            old: self.base.chains.is_line.len(),
+            mixed,
+            drawn,
+            charts: &cut.charts,
+            edge_length: *edge_length,
+            creases,
+        }
     }
 
     /// The admissible partitions of a region, best first.
@@ -141,7 +163,8 @@ impl Draft {
         let divided = |(k, region): (usize, &Region)| {
             let mut search = Search { ground: &ground, next: self.next + k * CURVES, looked_at: 0, monitor };
             let budget = tasks[k] * BUDGET.min(MOST_BUDGET / all);
-            Ok(search.solve(region, budget, f64::INFINITY)?.map(|(_, found)| found))
+            let found = search.solve(region, budget, f64::INFINITY)?;
+            Ok(found.map(|(_, found)| found))
         };
         let found: Vec<Option<Vec<Region>>> =
             self.regions.par_iter().enumerate().map(divided).collect::<Result<_, Cancelled>>()?;
@@ -356,7 +379,7 @@ fn region(
     c: usize,
     edge_length: f64,
     options: &SurfaceOptions,
-    tolerance: f64,
+    tolerance: Tolerance,
 ) -> Option<Region> {
     let chart = &cut.charts[c];
     let n = chart.border.len();
@@ -366,30 +389,59 @@ fn region(
     let (mut angles, mut set): (Vec<f64>, Vec<Option<u8>>) = (Vec::new(), Vec::new());
     let mut settled = 0;
     let (mut arcs, mut corner_of): (Vec<Arc>, Vec<Result<usize, i32>>) = (Vec::new(), Vec::new());
-    for run in runs(cut, chains, c) {
+    let runs = runs(cut, chains, c);
+    let wanted = |k: usize| {
+        let v = chart.origin[chart.border[k % n] as usize];
+        options.corners.iter().find(|(vertex, _)| *vertex == v).map(|&(_, c)| c)
+    };
+    let is_sharp = |k: usize| (6.0 - chart.angles[k % n] / FRAC_PI_6).abs() > TURN;
+    let starts = runs.iter().map(|run| run.2).filter(|&k| is_sharp(k)).count();
+    let inner = runs.iter().filter(|run| chains.is_line[run.0]);
+    let sharp: usize =
+        inner.map(|&(line, _, first)| (1..chains.paths[line].len() - 1).filter(|k| is_sharp(first + k)).count()).sum();
+    let is_flat = tolerance.is_flat && starts + sharp >= 3;
+    // Turns beside the end of a run go to where the next one starts.
+    let mut carried = 0.0;
+    for &run in &runs {
         let (line, reversed, first) = run;
         let last = lines[line].last();
         let count = chains.paths[line].len();
         let angle = |k: usize| chart.angles[(first + k) % n] / FRAC_PI_6;
-        let wanted = |k: usize| {
-            let v = chart.origin[chart.border[(first + k) % n] as usize];
-            options.corners.iter().find(|(vertex, _)| *vertex == v).map(|&(_, c)| c)
-        };
         // Places along the run, by segments walked.
-        let mut places: Vec<(usize, Turn)> = vec![(0, Turn::Corner(angle(0), wanted(0)))];
+        let mut places: Vec<(usize, Turn)> = vec![(0, Turn::Corner(angle(0) - carried, wanted(first)))];
+        carried = 0.0;
         if chains.is_line[line] {
             let (turns, lengths) = turns_of_run(cut, chains, c, run);
+            let walked: Vec<f64> = std::iter::once(0.0)
+                .chain(lengths.iter().scan(0.0, |sum, length| {
+                    *sum += length;
+                    Some(*sum)
+                }))
+                .collect();
             let mut from = 0;
             for k in 1..count {
-                let is_corner = k < count - 1 && (turns[k - 1].abs() > TURN || wanted(k).is_some());
-                if is_corner || k == count - 1 {
+                let is_set = k < count - 1 && wanted(first + k).is_some();
+                let is_corner = k < count - 1 && (turns[k - 1].abs() > TURN || is_set);
+                // Corners nearer than panels are one; a step to one side and back is none.
+                let is_near = |a: usize, b: usize| !is_set && walked[b] - walked[a] < CLOSE * edge_length;
+                let is_step = |a: usize, b: usize| !is_set && walked[b] - walked[a] < STEP * edge_length;
+                if (is_corner || k == count - 1) && !is_flat {
                     for (at, turn) in inserted(&turns[from..k - 1], &lengths[from..k], edge_length) {
                         places.push((from + at + 1, Turn::Settled(turn)));
                     }
-                    from = k;
+                }
+                if is_corner && is_near(k, count - 1) {
+                    carried += turns[k - 1];
+                } else if is_corner
+                    && let Some((at, Turn::Corner(before, None))) = places.last_mut()
+                    && (is_near(*at, k) || (6.0 - *before) * turns[k - 1] < 0.0 && is_step(*at, k))
+                {
+                    *before -= turns[k - 1];
+                } else if is_corner {
+                    places.push((k, Turn::Corner(angle(k), wanted(first + k))));
                 }
                 if is_corner {
-                    places.push((k, Turn::Corner(angle(k), wanted(k))));
+                    from = k;
                 }
             }
         } else {
@@ -415,13 +467,23 @@ fn region(
             });
         }
     }
+    if let Some(angle) = angles.first_mut() {
+        *angle -= carried;
+    }
     // Rounding alone closes with some defect; only one that is far from the curvature is worth changing a corner for.
     let rounded: i32 =
         angles.iter().zip(&set).map(|(a, s)| 6 - s.map_or(a.round().clamp(2.0, 10.0) as i32, i32::from)).sum();
-    let turn =
-        if (f64::from(rounded + settled) - total).abs() < tolerance { rounded } else { total.round() as i32 - settled };
-    let chosen =
-        closing_c_indices(&angles, &set, 12 - turn).or_else(|| closing_c_indices(&angles, &set, 12 - rounded))?;
+    let turn = if is_flat {
+        12 - settled
+    } else if (f64::from(rounded + settled) - total).abs() < tolerance.corners {
+        rounded
+    } else {
+        total.round() as i32 - settled
+    };
+    let parallel = if is_flat && settled == 0 { parallelogram(&angles, &set) } else { None };
+    let chosen = parallel
+        .or_else(|| closing_c_indices(&angles, &set, 12 - turn))
+        .or_else(|| closing_c_indices(&angles, &set, 12 - rounded))?;
     let corners = corner_of
         .into_iter()
         .map(|corner| match corner {
@@ -430,6 +492,24 @@ fn region(
         })
         .collect::<Option<Vec<u8>>>()?;
     Some(Region { chart: c, arcs, corners })
+}
+
+/// The parallelogram of right angles or of 60 and 120 degrees nearest to four corners, where there are four: whatever its sides,
+/// lengths close it, where those of the nearest trapezoid would demand what the charts beside it cannot give.
+fn parallelogram(angles: &[f64], set: &[Option<u8>]) -> Option<Vec<u8>> {
+    let turning = |least: f64| (0..angles.len()).filter(move |&k| (6.0 - angles[k]).abs() > least).collect::<Vec<_>>();
+    // Where more vertices turn, four that do so much more than the others.
+    let corners = [TURN, 2.0 * TURN, 3.0 * TURN].into_iter().map(turning).find(|found| found.len() <= 4)?;
+    if corners.len() != 4 || corners.iter().any(|&k| angles[k] > 6.0) || set.iter().any(Option::is_some) {
+        return None;
+    }
+    let far = |kind: &[u8; 4]| -> f64 {
+        corners.iter().zip(kind).map(|(&corner, &c)| (angles[corner] - f64::from(c)).powi(2)).sum()
+    };
+    let kind = [[3, 3, 3, 3], [2, 4, 2, 4], [4, 2, 4, 2]].into_iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
+    let mut chosen = vec![6; angles.len()];
+    corners.iter().zip(kind).for_each(|(&corner, c)| chosen[corner] = c);
+    Some(chosen)
 }
 
 /// Edges with a sharp bend that no line follows, in each chart.

@@ -41,8 +41,14 @@ const PAIR: f64 = 0.01;
 const QUARTERS: [i32; 2] = [4, 7];
 
 /// Limits of the programme: the nodes bind first but on a loaded machine.
-const MOST_NODES: u32 = 400;
+const MOST_NODES: u32 = 60;
 const TIME: Duration = Duration::from_secs(60);
+
+/// Most sides that may have edges and pairs: with more, the programme takes seconds or finds nothing.
+const MOST_FREE: usize = 40;
+
+/// A solution is good enough when its cost is proved to be within this fraction of the least.
+const GAP: f64 = 0.05;
 
 /// Edges of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,19 +96,46 @@ pub(super) fn side_steps(
     wishes: &Wishes,
     monitor: &Monitor,
 ) -> Result<Option<(Vec<Steps>, f64)>, SolveError> {
+    // Patches whose c-indices are all even, or all multiples of three, are of one lattice when all their sides are of edges
+    // alone. That leaves no choice to branch on, and is solved at once where it closes.
+    if wishes.mixing.is_empty()
+        && let Some(found) = solve(graph, edge_length, wishes, true, monitor)?
+    {
+        return Ok(Some(found));
+    }
+    solve(graph, edge_length, wishes, false, monitor)
+}
+
+/// The programme, with the sides of patches that can be of one lattice of edges alone when `is_straight`.
+fn solve(
+    graph: &PatchGraph,
+    edge_length: f64,
+    wishes: &Wishes,
+    is_straight: bool,
+    monitor: &Monitor,
+) -> Result<Option<(Vec<Steps>, f64)>, SolveError> {
     let mut programme = Programme::new();
+    let mut is_of_edges = vec![false; graph.sides.len()];
+    for patch in graph.patches.iter().filter(|patch| is_straight && patch.total_interior_defect() == 0) {
+        if [2, 3].iter().any(|step| patch.corners.iter().all(|corner| corner.c_index % step == 0)) {
+            patch.corners.iter().for_each(|corner| is_of_edges[corner.side as usize] = true);
+        }
+    }
     let mut may_mix = vec![!wishes.mixing.is_empty(); graph.sides.len()];
     for (_, patch) in graph.patches.iter().enumerate().filter(|(p, _)| !wishes.mixes(*p)) {
         patch.corners.iter().for_each(|corner| may_mix[corner.side as usize] = false);
     }
+    let of_edges = is_of_edges.iter().filter(|&&is| is).count();
     let variables: Vec<SideVariables> = graph
         .sides
         .iter()
         .zip(may_mix)
-        .map(|(side, may_mix)| {
+        .zip(is_of_edges)
+        .map(|((side, may_mix), is_of_edges)| {
             let length = (side.length() / edge_length).max(0.5);
             let most = [2.0 * length + 3.0, 2.0 * length / 3f64.sqrt() + 2.0].map(|most| most as i32);
-            let [has_straight, has_pairs] = [(); 2].map(|()| programme.variable(0..=1));
+            let has_straight = programme.variable(i32::from(is_of_edges)..=1);
+            let has_pairs = programme.variable(0..=i32::from(!is_of_edges));
             let [straight, pairs] = most.map(|most| programme.variable(0..=most));
             for (number, has, most) in [(straight, has_straight, most[0]), (pairs, has_pairs, most[1])] {
                 programme.row(&[(number, 1), (has, -1)], 0..);
@@ -129,7 +162,9 @@ pub(super) fn side_steps(
     // A cone closes whatever its lengths.
     for (p, patch) in graph.patches.iter().enumerate().filter(|(_, patch)| patch.total_interior_defect() == 0) {
         close(&mut programme, patch, &variables);
-        prefer_lattice(&mut programme, patch, &variables, wishes.mixes(p));
+        if !is_straight {
+            prefer_lattice(&mut programme, patch, &variables, wishes.mixes(p));
+        }
     }
     for bound in &wishes.perimeters {
         let terms: Vec<Term> = graph.patches[bound.patch]
@@ -140,7 +175,12 @@ pub(super) fn side_steps(
             .collect();
         programme.row(&terms, bound.least..=bound.most);
     }
-    let options = Options { max_nodes: MOST_NODES, time_limit: TIME, relative_gap: 1e-2 };
+    // A programme that is too large is worth no search.
+    let free = graph.sides.len() - of_edges;
+    if free > MOST_FREE {
+        return Ok(None);
+    }
+    let options = Options { max_nodes: MOST_NODES, time_limit: TIME, relative_gap: GAP };
     match programme.solve(&options, None, &|| monitor.is_cancelled()) {
         Ok(Solution { values, cost, .. }) => {
             let of = |variable: Variable| values[variable.index()] as u32;

@@ -62,10 +62,10 @@ pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_faces};
 pub use shape::{Along, ShapeOptions};
 pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
 
-use crate::TilingError;
+use crate::{Kind, TilingError};
 use input::Input;
-use layout::{Draft, TOLERANCES, Tolerance};
-use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, TriangleMesh};
+use layout::{Draft, TOLERANCES};
+use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, Topology, TriangleMesh};
 use num_bigint::BigUint;
 use paper::{Kept, Paper};
 use pattern::Pattern;
@@ -83,6 +83,9 @@ const CURVE_STEP: f64 = 2.85;
 /// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
 /// the panels, as on a tube of two panels around, smaller ones fit.
 const SMALLER: [f64; 11] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12];
+
+/// A patch graph whose mesh has no more flaws than this is taken without looking at others ([`SurfaceTiling::flaws`]).
+const FEW_FLAWS: f64 = 0.15;
 
 /// What the caller may choose.
 #[derive(Debug, Clone, PartialEq)]
@@ -321,6 +324,21 @@ impl SurfaceTiling {
     }
 }
 
+impl SurfaceTiling {
+    /// How far from regular: the standard deviation of edge lengths over their mean, the share of irregular vertices inside, and ten
+    /// times that of rhombi, summed.
+    fn flaws(&self) -> f64 {
+        let lengths = || self.panels.iter().flat_map(|panel| panel.edges.iter().copied());
+        let count = lengths().count().max(1) as f64;
+        let mean = lengths().sum::<f64>() / count;
+        let spread = (lengths().map(|length| (length - mean).powi(2)).sum::<f64>() / count).sqrt() / mean;
+        let topology = Topology::of(&self.mesh);
+        let irregular = self.defects.iter().filter(|(v, _)| !topology.is_border_vertex(*v)).count() as f64;
+        let rhombi = self.panels.iter().filter(|panel| panel.kind == Kind::Rhombus).count() as f64;
+        spread + irregular / self.interior_vertices.max(1) as f64 + 10.0 * rhombi / self.panels.len().max(1) as f64
+    }
+}
+
 /// Covers a surface by triangles and quads whose edges are about `edge_length` long, in scene units.
 ///
 /// The surface is any oriented manifold triangle mesh, of any genus, with any borders, in any number of pieces; so is the
@@ -347,20 +365,11 @@ pub fn tile_surface(
     monitor.stage("checking", 0.0)?;
     let input = Arc::new(Input::new(surface, edge_length, options, monitor)?);
     lap(0);
-    let tolerances: &[Tolerance] = if options.partition == Partition::Paper { &TOLERANCES } else { &[] };
-    let mut tried = Vec::new();
-    for &tolerance in tolerances {
-        let Some(draft) = Draft::new(&input, edge_length, options, tolerance, monitor)? else { continue };
-        let outline = draft.outline();
-        if tried.contains(&outline) {
-            continue;
-        }
-        tried.push(outline);
-        if let Some(paper) = Paper::new(&input, &draft, edge_length, options, &mut lap, monitor)?
-            && paper.turned.is_empty()
-        {
-            return paper.measured(stages);
-        }
+    if options.partition == Partition::Paper
+        && let Some(tiling) = of_patches(&input, edge_length, options, &mut lap, monitor)?
+    {
+        lap(4);
+        return Ok(SurfaceTiling { stages, ..tiling });
     }
     let mut attempts = Vec::new();
     for fraction in SMALLER {
@@ -398,6 +407,49 @@ pub fn tile_surface(
         stages,
         kept: None,
     })
+}
+
+/// The mesh of the best patch graph found; `None` where there is none, or panels of all would turn over.
+fn of_patches(
+    input: &Arc<Input>,
+    edge_length: f64,
+    options: &SurfaceOptions,
+    lap: &mut impl FnMut(usize),
+    monitor: &Monitor,
+) -> Result<Option<SurfaceTiling>, SurfaceError> {
+    let mut best: Option<(f64, SurfaceTiling)> = None;
+    let mut tried = Vec::new();
+    for tolerances in TOLERANCES.chunks(2) {
+        let mut drafts: Vec<Draft> = Vec::new();
+        for &tolerance in tolerances {
+            if let Some(draft) = Draft::new(input, edge_length, options, tolerance, monitor)?
+                && !tried.contains(&draft.outline())
+            {
+                tried.push(draft.outline());
+                drafts.push(draft);
+            }
+        }
+        // Charts that lattices fit are worth trying first.
+        drafts.sort_by_key(Draft::is_odd);
+        for draft in drafts {
+            let Some(paper) = Paper::new(input, &draft, edge_length, options, lap, monitor)? else { continue };
+            if !paper.turned.is_empty() {
+                continue;
+            }
+            let tiling = paper.measured(Vec::new())?;
+            let flaws = tiling.flaws();
+            if best.as_ref().is_none_or(|(least, _)| flaws < *least) {
+                best = Some((flaws, tiling));
+            }
+            if flaws < FEW_FLAWS {
+                break;
+            }
+        }
+        if best.is_some() {
+            break;
+        }
+    }
+    Ok(best.map(|(_, tiling)| tiling))
 }
 
 /// The surface tiled with one edge length.

@@ -67,7 +67,7 @@ impl Paper {
             let Some(layout) = draft.layout() else { continue };
             lap(1);
             let Some(paving) = pave(&layout.graph, edge_length, options.fill, options.fill.mixes(), monitor)? else {
-                continue;
+                break;
             };
             lap(2);
             if best.as_ref().is_none_or(|(_, known)| paving.rhombi() < known.rhombi()) {

@@ -57,6 +57,8 @@ const LISTED_CONES: usize = 512;
 pub(super) struct Ground<'a> {
     pub charts: &'a [Chart],
     pub edge_length: f64,
+    /// Number of the first curve that a partition drew.
+    pub old: usize,
     /// Weight against patches of more than one lattice, of [`WARY`].
     pub mixed: f64,
     /// Most binary partitions that are drawn for each way to share a region's defect.
@@ -134,9 +136,15 @@ impl Ground<'_> {
     /// What a part adds to the score of a division: infinite where it cannot be a patch, nor become one.
     pub fn judge(&self, part: &Region) -> f64 {
         let sides = part.sides();
+        // What is short already, no partition makes longer.
+        let is_old = |arc: &Arc| arc.line.id < self.old && arc.from.min(arc.to) == arc.from.min(arc.to).round();
+        let is_too_short = |(first, count): (usize, usize), least: f64| {
+            let is_new = (first..first + count).any(|k| !is_old(&part.arcs[k % part.arcs.len()]));
+            is_new && part.length((first, count)) < least * self.edge_length
+        };
         if part.corners.iter().any(|c| !(2..=10).contains(c))
-            || part.arcs.iter().any(|arc| arc.length() < 0.6 * self.edge_length)
-            || sides.iter().any(|&side| part.length(side) < SHORTEST * self.edge_length)
+            || (0..part.arcs.len()).any(|k| is_too_short((k, 1), 0.6))
+            || sides.iter().any(|&side| is_too_short(side, SHORTEST))
         {
             return f64::INFINITY;
         }

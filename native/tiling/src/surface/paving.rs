@@ -24,7 +24,13 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Memory for the tilings of one patch, bytes.
-const MEMORY: usize = 1 << 27;
+const MEMORY: usize = 1 << 25;
+
+/// Programmes of lengths that a patch graph is worth.
+const EFFORT: usize = 4;
+
+/// Patches without a tiling that are mended; with more, the patch graph is not worth keeping.
+const MOST_EMPTY: usize = 3;
 
 /// How often other lengths are tried before rhombi are laid; and how often patches of both tiles, before all are of one.
 const OTHER_LENGTHS: usize = 1;
@@ -111,7 +117,14 @@ pub(super) fn pave(
     mixes: bool,
     monitor: &Monitor,
 ) -> Result<Option<Paving>, SurfaceError> {
-    let lay = |wishes: &Wishes| Laid::new(graph, edge_length, wishes, fill, monitor);
+    let mut effort = EFFORT;
+    let mut lay = |wishes: &Wishes| {
+        if effort == 0 {
+            return Ok(None);
+        }
+        effort -= 1;
+        Laid::new(graph, edge_length, wishes, fill, monitor)
+    };
     let mut wishes = Wishes::default();
     let mut laid = None;
     if mixes {
@@ -131,6 +144,9 @@ pub(super) fn pave(
         laid = lay(&wishes)?;
     }
     let Some(mut laid) = laid else { return Ok(None) };
+    if laid.empty().count() > MOST_EMPTY {
+        return Ok(None);
+    }
     let mut relengthened = Vec::new();
     for _ in 0..OTHER_LENGTHS {
         let Some(p) = laid.empty().next() else { break };

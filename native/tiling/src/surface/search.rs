@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 /// are followed, each with this many times the least it needs at least. Work is counted, not timed: the same input gives the
 /// same patches on any machine.
 pub(super) const BUDGET: f64 = 32.0;
-pub(super) const MOST_BUDGET: f64 = 320.0;
+pub(super) const MOST_BUDGET: f64 = 200.0;
 const FOLLOWED: f64 = 4.0;
 const BRANCHING: f64 = 1.5;
 const MOST_FOLLOWED: usize = 24;
