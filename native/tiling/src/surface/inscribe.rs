@@ -267,7 +267,8 @@ impl Pen {
     fn draw(&mut self, s: u32, points: &[DVec3], [from, to]: [u32; 2]) -> bool {
         if from == to && points.len() > 2 {
             let (first, second) = (&points[..=points.len() / 2], &points[points.len() / 2..]);
-            let middle = self.on_line(self.closest.project(second[0]).point).unwrap_or_else(|| self.insert(second[0]).0);
+            let middle =
+                self.on_line(self.closest.project(second[0]).point).unwrap_or_else(|| self.insert(second[0]).0);
             return middle == from || (self.draw(s, first, [from, middle]) && self.draw(s, second, [middle, to]));
         }
         let near = ON_LINE * self.edge_length;
