@@ -13,9 +13,9 @@ from conftest import refused
 SIZE = {"panel_count": 300}
 
 
-def cap(n: int = 12) -> bpy.types.Object:
-    """An octant of the unit sphere over a square grid: three corners of 90 degrees at border vertices, and one more."""
-    line = np.linspace(0, math.pi / 4, n + 1)
+def cap(n: int = 12, angle: float = math.pi / 3) -> bpy.types.Object:
+    """A piece of the unit sphere as wide as the angle both ways; too curved to be one patch."""
+    line = np.linspace(0, angle, n + 1)
     verts = np.array([[math.sin(a), math.cos(a) * math.sin(b), math.cos(a) * math.cos(b)] for a in line for b in line])
     return _grid("Cap", verts, n)
 
@@ -215,6 +215,8 @@ def test_marked_corners_set_angles():
     bpy.ops.object.mode_set(mode="OBJECT")
 
     def mark(corners, angle: str) -> None:
+        source.hide_set(False)
+        shapes.choose(source)
         for vertex in source.data.vertices:
             vertex.select = (
                 tuple(round(x) for x in vertex.co[:2]) in corners and vertex.co.x in (0, 2) and vertex.co.y in (0, 2)
@@ -224,7 +226,6 @@ def test_marked_corners_set_angles():
         bpy.ops.object.mode_set(mode="OBJECT")
 
     def kinds() -> set[int]:
-        print("CORNERS", [(v.index, source.data.attributes["c_index_corner"].data[v.index].value) for v in source.data.vertices if "c_index_corner" in source.data.attributes and source.data.attributes["c_index_corner"].data[v.index].value])
         source.hide_set(False)
         shapes.choose(source)
         bpy.ops.quadloom.tile_surface(partition="patches", panel_size=0.25, size_by="edge_length")

@@ -96,7 +96,11 @@ impl PolygonDesign {
                 // Patches may close at one length and not at another.
                 let other = match make(length, 0.6, 1.0) {
                     Ok(other) => other,
-                    Err(SurfaceError::NoLengths) => break,
+                    Err(SurfaceError::NoLengths) => {
+                        // Nearer to a length at which they did.
+                        length = (length * made.edge_length).sqrt();
+                        continue;
+                    }
                     Err(error) => return Err(error.into()),
                 };
                 if off(&other).abs() < off(&made).abs() {
