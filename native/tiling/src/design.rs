@@ -83,28 +83,20 @@ impl PolygonDesign {
     /// # Errors
     /// As [`PatchDesign::tile`].
     pub fn tile(&self, fill: Fill, shape: ShapeOptions, monitor: &Monitor) -> Result<PolygonTiling, PolygonsError> {
-        let mut length = self.design.edge_length();
         let make = |length, low, high| monitor.within(low, high, || self.design.tile(length, fill, shape, monitor));
-        let mut made = make(length, 0.0, 0.6)?;
+        let mut made = make(self.design.edge_length(), 0.0, 0.6)?;
         if let PanelSize::Count(count) = self.size {
             let off = |made: &SurfaceTiling| (made.mesh.face_count() as f64 / f64::from(count)).ln();
+            // Patches may close at one length and not at another nearby.
+            let mut step = 1.0;
             for _ in 0..PATCH_CORRECTIONS {
                 if off(&made).abs() < NEAR_COUNT {
                     break;
                 }
-                length *= (off(&made) / 2.0).exp();
-                // Patches may close at one length and not at another.
-                let other = match make(length, 0.6, 1.0) {
-                    Ok(other) => other,
-                    Err(SurfaceError::NoLengths) => {
-                        // Nearer to a length at which they did.
-                        length = (length * made.edge_length).sqrt();
-                        continue;
-                    }
+                match make(made.edge_length * (step * off(&made) / 2.0).exp(), 0.6, 1.0) {
+                    Ok(other) if off(&other).abs() < off(&made).abs() => (made, step) = (other, 1.0),
+                    Ok(_) | Err(SurfaceError::NoLengths) => step /= 2.0,
                     Err(error) => return Err(error.into()),
-                };
-                if off(&other).abs() < off(&made).abs() {
-                    made = other;
                 }
             }
         }
