@@ -37,7 +37,7 @@ impl PolygonDesign {
             monitor.within(0.0, 1.0 - CUT_PART, || prepare(mesh, size, options, monitor))?;
         let design = monitor.within(1.0 - CUT_PART, 1.0, || {
             let Some(graph) = graph else { return PatchDesign::new(&surface, edge_length, &options, monitor) };
-            let graph = graph.moved(|p| place.from_scene(p));
+            let graph = graph.moved(|p| place.on_unit(p));
             PatchDesign::of_graph(&surface, &graph, edge_length, &options, monitor)
         });
         let design = design.map_err(|error| place.in_scene_units(error))?;
