@@ -355,3 +355,67 @@ def test_a_sheet_is_folded_about_the_middle_of_a_run(module):
     shapes.choose(sheet)
     module("bridge").select(bpy.context, sheet, {})
     assert "No border edge" in refused(bpy.ops.quadloom.fold_panels)
+
+
+class Layout:
+    """Stands for a layout where there is no window: what is drawn must exist."""
+
+    def __init__(self) -> None:
+        self.drawn: list[str] = []
+
+    def row(self, **_) -> "Layout":
+        return self
+
+    column = box = grid_flow = row
+
+    def label(self, *, text: str = "", **_) -> None:
+        self.drawn.append(text)
+
+    def prop(self, data, name: str, **_) -> None:
+        assert name in data.bl_rna.properties, name
+        self.drawn.append(name)
+
+    def prop_search(self, data, name: str, where, collection: str) -> None:
+        assert name in data.bl_rna.properties and hasattr(where, collection)
+        self.drawn.append(name)
+
+    def operator(self, name: str, **_):
+        made = bpy.ops
+        for part in name.split("."):
+            made = getattr(made, part)
+        properties = {prop.identifier for prop in made.get_rna_type().properties}
+        self.drawn.append(name)
+
+        class Options:
+            def __setattr__(self, key: str, value) -> None:
+                assert key in properties, f"{name} has no {key}"
+
+        return Options()
+
+
+def test_the_panel_of_patches_offers_what_can_be_done(module):
+    panels = module("panels.tile_surface")
+
+    def drawn(panel) -> list[str]:
+        layout = Layout()
+        methods = {name: value for name, value in vars(panel).items() if callable(value)}
+        shown = type("Shown", (), {**methods, "layout": layout})()
+        context = type("Context", (), {"region": type("Region", (), {"width": 300})})()
+        for name in ("scene", "mode", "active_object", "view_layer", "selected_objects", "window_manager"):
+            setattr(context, name, getattr(bpy.context, name))
+        panel.draw(shown, context)
+        return layout.drawn
+
+    source = cap()
+    assert "quadloom.design_patches" in drawn(panels.QUADLOOM_PT_patches)
+    assert "quadloom.tile_surface" in drawn(panels.QUADLOOM_PT_tile_surface)
+    patches = begun()
+    assert "quadloom.divide_part" in drawn(panels.QUADLOOM_PT_patches)
+    bpy.ops.quadloom.divide_part()
+    text = " ".join(drawn(panels.QUADLOOM_PT_patches))
+    assert f"1 of {state(patches)['design']['last']['count']}" in text
+    assert "quadloom.zigzag" in text
+    assert any("Its patches are those" in line for line in panels.what_happens(bpy.context))
+    shapes.choose(source)
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert "quadloom.mark_corners" in drawn(panels.QUADLOOM_PT_patches)
