@@ -41,9 +41,10 @@ class Subject:
 def subject(obj: bpy.types.Object, *, again: bool = True) -> Subject:
     """The surface that the object is, or that it was made from."""
     source = obj.get(SOURCE)
+    role = state(obj).get("role")
     if not again or not isinstance(source, bpy.types.Object) or bpy.context.view_layer.objects.get(source.name) is None:
         return Subject(obj, None, None)
-    if is_patches(obj):
+    if role in {"patches", "drawing"}:
         return Subject(source, obj, None)
     return Subject(source, None, obj)
 
@@ -51,6 +52,12 @@ def subject(obj: bpy.types.Object, *, again: bool = True) -> Subject:
 def is_patches(obj: bpy.types.Object | None) -> bool:
     """Whether the object shows the patches of a surface."""
     return obj is not None and state(obj).get("role") == "patches"
+
+
+def link_drawing(drawing: bpy.types.Object, source: bpy.types.Object) -> None:
+    """Lets an object that was drawn by hand say which surface it divides: with it active, that is tiled."""
+    if not is_patches(drawing):
+        drawing[SOURCE], drawing[STATE] = source, json.dumps({"role": "drawing"})
 
 
 def panels_of(patches: bpy.types.Object) -> bpy.types.Object | None:
@@ -125,6 +132,8 @@ def show_patches(
         _replace_mesh(patches, bridge.write(patches.data.name, graph))
     patches.matrix_world = Matrix(place.tolist())
     context.view_layer.update()
+    if patches.mode == "OBJECT":
+        bridge.select(context, patches, {})
     patches[STATE] = json.dumps({**stored, "role": "patches", "fingerprint": _fingerprint(patches)})
     return patches
 

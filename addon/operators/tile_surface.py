@@ -122,6 +122,7 @@ class QUADLOOM_OT_tile_surface(TileSurfaceOptions, JobOperator, bpy.types.Operat
                 text = translated("“{name}” is no mesh of patches: choose another object with edges, or none")
                 self.report({"ERROR"}, text.format(name=self.patch_graph))
                 return False
+            tiling_objects.link_drawing(patches, subject.source)
         options = tiling_objects.settings(self)
         try:
             choices = self._chosen(patches, options)

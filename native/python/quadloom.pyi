@@ -891,7 +891,8 @@ class PatchDesign:
     def edge_length(self) -> float:
         """Length of the panels' edges, scene units, before a count of panels is met exactly."""
     def partitions(self, part: int, *, progress: _Progress | None = None) -> list[PatchPartition]:
-        """The admissible partitions of a part, best first: none makes a part of greater defect. Deterministic."""
+        """The admissible partitions of a part: none makes a part of greater defect. Those that divide the defect come first,
+        then those that only cut flat parts off; each the best first. Deterministic."""
     def divided(self, partition: PatchPartition) -> PatchDesign:
         """The design with a part divided; the parts made come last. Raises QuadloomError when the partition is one of
         another design."""

@@ -57,8 +57,9 @@ def flattened(design: quadloom.PatchDesign, tries: list[int]) -> quadloom.PatchD
     assert graph is None or defects_of(graph) == design.defects.tolist()
     part = int(np.abs(design.defects).argmax())
     found = design.partitions(part)
-    scores = [partition.score for partition in found]
-    assert scores == sorted(scores)
+    whole = abs(design.defects[part])
+    order = [(bool((np.abs(partition.defects) == whole).any()), partition.score) for partition in found]
+    assert order == sorted(order)
     for partition in found:
         assert np.abs(partition.defects).max() <= abs(design.defects[part])
         assert [12 - int((6 - c).sum()) for c in partition.c_indices] == partition.defects.tolist()

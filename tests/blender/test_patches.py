@@ -10,12 +10,12 @@ import pytest
 import shapes
 from conftest import refused
 
-SIZE = {"panel_count": 150}
+SIZE = {"panel_count": 300}
 
 
-def cap(n: int = 12) -> bpy.types.Object:
-    """An octant of the unit sphere over a square grid: three corners of 90 degrees at border vertices, and one more."""
-    line = np.linspace(0, math.pi / 3, n + 1)
+def cap(n: int = 12, angle: float = math.pi / 3) -> bpy.types.Object:
+    """A piece of the unit sphere as wide as the angle both ways; too curved to be one patch."""
+    line = np.linspace(0, angle, n + 1)
     verts = np.array([[math.sin(a), math.cos(a) * math.sin(b), math.cos(a) * math.cos(b)] for a in line for b in line])
     return _grid("Cap", verts, n)
 
@@ -71,11 +71,16 @@ def test_a_design_is_divided_until_all_parts_are_flat_and_then_tiled():
     patches = begun()
     assert patches.name == "Cap Patches"
     assert any(state(patches)["design"]["defects"])
-    for _ in range(12):
+    for _ in range(30):
         if not any(state(patches)["design"]["defects"]):
             break
         before = np.abs(state(patches)["design"]["defects"]).max()
-        assert bpy.ops.quadloom.divide_part() == {"FINISHED"}
+        try:
+            bpy.ops.quadloom.divide_part()
+        except RuntimeError as error:  # A dead end: what an artist would do is written there.
+            assert "take another division before" in str(error)
+            bpy.ops.quadloom.change_division(step=1)
+            continue
         assert np.abs(state(patches)["design"]["defects"]).max() <= before
         assert any(edge.select for edge in patches.data.edges), "the curves drawn are selected"
     assert not any(state(patches)["design"]["defects"])
@@ -210,6 +215,8 @@ def test_marked_corners_set_angles():
     bpy.ops.object.mode_set(mode="OBJECT")
 
     def mark(corners, angle: str) -> None:
+        source.hide_set(False)
+        shapes.choose(source)
         for vertex in source.data.vertices:
             vertex.select = (
                 tuple(round(x) for x in vertex.co[:2]) in corners and vertex.co.x in (0, 2) and vertex.co.y in (0, 2)
@@ -261,8 +268,8 @@ def select_side(patches: bpy.types.Object, module) -> int:
     begins = {side for side, (a, _) in zip(sides.tolist(), both.tolist(), strict=True) if a}
     ends = {side for side, (_, b) in zip(sides.tolist(), both.tolist(), strict=True) if b}
     side = min(begins & ends)
-    for edge in patches.data.edges:
-        edge.select = bool(sides[edge.index] == side)
+    chosen = [list(edge.vertices) for edge in patches.data.edges if sides[edge.index] == side]
+    bridge.select(bpy.context, patches, {"edges": np.array(chosen)})
     return side
 
 
@@ -296,9 +303,8 @@ def test_zigzags_on_all_sides_of_a_patch_and_what_was_edited_since(module):
     panels = bpy.context.active_object
     patches = bpy.data.objects["Floor Patches"]
     shapes.choose(patches)
-    for edge in patches.data.edges:
-        middle = sum((patches.data.vertices[v].co.x for v in edge.vertices)) / 2
-        edge.select = middle < 1.001
+    left = [list(e.vertices) for e in patches.data.edges if sum(patches.data.vertices[v].co.x for v in e.vertices) < 2.002]
+    module("bridge").select(bpy.context, patches, {"edges": np.array(left)})
     bpy.ops.quadloom.zigzag(where="patch", pair=True)
     check_surface(panels)
     assert {len(face) for face in shapes.arrays(panels)[1]} == {3, 4}
@@ -318,7 +324,7 @@ def test_a_polyhedron_becomes_regular_panels():
     assert len(bpy.data.objects["Cube Patches"].data.edges) >= 12
 
 
-def test_a_sheet_is_folded_about_the_middle_of_a_run():
+def test_a_sheet_is_folded_about_the_middle_of_a_run(module):
     # A square without a quarter, zipped up from the inner corner: three squares meet there, as in a cube's corner.
     n = 4
     verts = np.array([[x, y, 0.0] for x in range(n + 1) for y in range(n + 1)])
@@ -329,10 +335,12 @@ def test_a_sheet_is_folded_about_the_middle_of_a_run():
     faces = [[used.index(v) for v in face] for face in faces]
     sheet = shapes.add("Sheet", (verts[used], faces))
     shapes.choose(sheet)
+    runs = []
     for edge in sheet.data.edges:
         a, b = (sheet.data.vertices[v].co for v in edge.vertices)
-        inner = (a.x == b.x == n / 2 and min(a.y, b.y) >= n / 2) or (a.y == b.y == n / 2 and min(a.x, b.x) >= n / 2)
-        edge.select = inner
+        if (a.x == b.x == n / 2 and min(a.y, b.y) >= n / 2) or (a.y == b.y == n / 2 and min(a.x, b.x) >= n / 2):
+            runs.append(list(edge.vertices))
+    module("bridge").select(bpy.context, sheet, {"edges": np.array(runs)})
     assert bpy.ops.quadloom.fold_panels() == {"FINISHED"}
     made = bpy.context.active_object
     verts, faces = shapes.arrays(made, world=True)
@@ -343,7 +351,71 @@ def test_a_sheet_is_folded_about_the_middle_of_a_run():
     assert np.ptp(verts, axis=0).min() > 1, "it stands up"
     lengths = [np.linalg.norm(np.subtract(*verts[list(edge)])) for edge in edges]
     assert lengths == pytest.approx([1] * len(lengths), rel=1e-3)
+    sheet.hide_set(False)
     shapes.choose(sheet)
-    for edge in sheet.data.edges:
-        edge.select = False
+    module("bridge").select(bpy.context, sheet, {})
     assert "No border edge" in refused(bpy.ops.quadloom.fold_panels)
+
+
+class Layout:
+    """Stands for a layout where there is no window: what is drawn must exist."""
+
+    def __init__(self) -> None:
+        self.drawn: list[str] = []
+
+    def row(self, **_) -> "Layout":
+        return self
+
+    column = box = grid_flow = row
+
+    def label(self, *, text: str = "", **_) -> None:
+        self.drawn.append(text)
+
+    def prop(self, data, name: str, **_) -> None:
+        assert name in data.bl_rna.properties, name
+        self.drawn.append(name)
+
+    def prop_search(self, data, name: str, where, collection: str) -> None:
+        assert name in data.bl_rna.properties and hasattr(where, collection)
+        self.drawn.append(name)
+
+    def operator(self, name: str, **_):
+        made = bpy.ops
+        for part in name.split("."):
+            made = getattr(made, part)
+        properties = {prop.identifier for prop in made.get_rna_type().properties}
+        self.drawn.append(name)
+
+        class Options:
+            def __setattr__(self, key: str, value) -> None:
+                assert key in properties, f"{name} has no {key}"
+
+        return Options()
+
+
+def test_the_panel_of_patches_offers_what_can_be_done(module):
+    panels = module("panels.tile_surface")
+
+    def drawn(panel) -> list[str]:
+        layout = Layout()
+        methods = {name: value for name, value in vars(panel).items() if callable(value)}
+        shown = type("Shown", (), {**methods, "layout": layout})()
+        context = type("Context", (), {"region": type("Region", (), {"width": 300})})()
+        for name in ("scene", "mode", "active_object", "view_layer", "selected_objects", "window_manager"):
+            setattr(context, name, getattr(bpy.context, name))
+        panel.draw(shown, context)
+        return layout.drawn
+
+    source = cap()
+    assert "quadloom.design_patches" in drawn(panels.QUADLOOM_PT_patches)
+    assert "quadloom.tile_surface" in drawn(panels.QUADLOOM_PT_tile_surface)
+    patches = begun()
+    assert "quadloom.divide_part" in drawn(panels.QUADLOOM_PT_patches)
+    bpy.ops.quadloom.divide_part()
+    text = " ".join(drawn(panels.QUADLOOM_PT_patches))
+    assert f"1 of {state(patches)['design']['last']['count']}" in text
+    assert "quadloom.zigzag" in text
+    assert any("Its patches are those" in line for line in panels.what_happens(bpy.context))
+    shapes.choose(source)
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert "quadloom.mark_corners" in drawn(panels.QUADLOOM_PT_patches)

@@ -253,6 +253,7 @@ def test_undo_is_one_step():
 def test_a_cancelled_run_changes_nothing(module, monkeypatch):
     source = sheet()
     native = module("native")
+    module("tilings").forget()
 
     def cancelled(*args, **options):
         raise native.Cancelled

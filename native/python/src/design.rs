@@ -95,7 +95,8 @@ impl PatchDesign {
         self.inner.edge_length()
     }
 
-    /// The admissible partitions of a part, best first: none makes a part of greater defect. Deterministic.
+    /// The admissible partitions of a part: none makes a part of greater defect. Those that divide the defect come first, then
+    /// those that only cut flat parts off; each the best first. Deterministic.
     #[pyo3(signature = (part, *, progress = None))]
     fn partitions(
         &self,

@@ -37,7 +37,7 @@ impl PolygonDesign {
             monitor.within(0.0, 1.0 - CUT_PART, || prepare(mesh, size, options, monitor))?;
         let design = monitor.within(1.0 - CUT_PART, 1.0, || {
             let Some(graph) = graph else { return PatchDesign::new(&surface, edge_length, &options, monitor) };
-            let graph = graph.moved(|p| place.from_scene(p));
+            let graph = graph.moved(|p| place.on_unit(p));
             PatchDesign::of_graph(&surface, &graph, edge_length, &options, monitor)
         });
         let design = design.map_err(|error| place.in_scene_units(error))?;
@@ -83,24 +83,20 @@ impl PolygonDesign {
     /// # Errors
     /// As [`PatchDesign::tile`].
     pub fn tile(&self, fill: Fill, shape: ShapeOptions, monitor: &Monitor) -> Result<PolygonTiling, PolygonsError> {
-        let mut length = self.design.edge_length();
         let make = |length, low, high| monitor.within(low, high, || self.design.tile(length, fill, shape, monitor));
-        let mut made = make(length, 0.0, 0.6)?;
+        let mut made = make(self.design.edge_length(), 0.0, 0.6)?;
         if let PanelSize::Count(count) = self.size {
             let off = |made: &SurfaceTiling| (made.mesh.face_count() as f64 / f64::from(count)).ln();
+            // Patches may close at one length and not at another nearby.
+            let mut step = 1.0;
             for _ in 0..PATCH_CORRECTIONS {
                 if off(&made).abs() < NEAR_COUNT {
                     break;
                 }
-                length *= (off(&made) / 2.0).exp();
-                // Patches may close at one length and not at another.
-                let other = match make(length, 0.6, 1.0) {
-                    Ok(other) => other,
-                    Err(SurfaceError::NoLengths) => break,
+                match make(made.edge_length * (step * off(&made) / 2.0).exp(), 0.6, 1.0) {
+                    Ok(other) if off(&other).abs() < off(&made).abs() => (made, step) = (other, 1.0),
+                    Ok(_) | Err(SurfaceError::NoLengths) => step /= 2.0,
                     Err(error) => return Err(error.into()),
-                };
-                if off(&other).abs() < off(&made).abs() {
-                    made = other;
                 }
             }
         }

@@ -272,7 +272,7 @@ impl Place {
         p * self.scale + self.origin
     }
 
-    pub(crate) fn from_scene(&self, p: DVec3) -> DVec3 {
+    pub(crate) fn on_unit(&self, p: DVec3) -> DVec3 {
         (p - self.origin) / self.scale
     }
 

@@ -293,7 +293,7 @@ impl Corners<'_> {
                 stretches.push(if added.is_empty() { inner.iter().sum() } else { 0.0 });
             }
         }
-        self.closed(c, arcs, &turns, &stretches)
+        closed(c, arcs, &turns, &stretches)
     }
 
     /// A run between its nodes and bends: from and to which of its vertices.
@@ -324,25 +324,26 @@ impl Corners<'_> {
         });
         Turn::Corner { angle, known, set }
     }
+}
 
-    fn closed(&self, c: usize, arcs: Vec<Arc>, turns: &[Turn], stretches: &[f64]) -> Option<Region> {
-        let n = turns.len();
-        let (mut angles, mut set, mut settled) = (Vec::new(), Vec::new(), 0);
-        for (k, turn) in turns.iter().enumerate() {
-            match *turn {
-                Turn::Corner { angle, known, set: of_caller } => {
-                    let beside = f64::midpoint(stretches[k], stretches[(k + n - 1) % n]);
-                    angles.push(known.map_or(angle - beside, f64::from));
-                    set.push(of_caller);
-                }
-                Turn::Settled(turn) => settled += turn,
+/// A patch with the nearest c-indices that close it.
+fn closed(c: usize, arcs: Vec<Arc>, turns: &[Turn], stretches: &[f64]) -> Option<Region> {
+    let n = turns.len();
+    let (mut angles, mut set, mut settled) = (Vec::new(), Vec::new(), 0);
+    for (k, turn) in turns.iter().enumerate() {
+        match *turn {
+            Turn::Corner { angle, known, set: of_caller } => {
+                let beside = f64::midpoint(stretches[k], stretches[(k + n - 1) % n]);
+                angles.push(known.map_or(angle - beside, f64::from));
+                set.push(of_caller);
             }
+            Turn::Settled(turn) => settled += turn,
         }
-        let mut chosen = closing_c_indices(&angles, &set, settled)?.into_iter();
-        let corners = turns.iter().map(|turn| match turn {
-            Turn::Corner { .. } => chosen.next(),
-            Turn::Settled(turn) => u8::try_from(6 - turn).ok(),
-        });
-        Some(Region { chart: c, corners: corners.collect::<Option<Vec<u8>>>()?, arcs })
     }
+    let mut chosen = closing_c_indices(&angles, &set, settled)?.into_iter();
+    let corners = turns.iter().map(|turn| match turn {
+        Turn::Corner { .. } => chosen.next(),
+        Turn::Settled(turn) => u8::try_from(6 - turn).ok(),
+    });
+    Some(Region { chart: c, corners: corners.collect::<Option<Vec<u8>>>()?, arcs })
 }

@@ -85,7 +85,9 @@ impl PatchDesign {
         self.draft.regions.iter().map(|region| region.corners.clone()).collect()
     }
 
-    /// The admissible partitions of a part, best first: no part made has a greater defect than it. Empty for an index that is none.
+    /// The admissible partitions of a part: no part made has a greater defect than it. Those that divide the defect come first,
+    /// then those that only cut flat parts off and leave the same task behind; each the best first. Empty for an index that is
+    /// none.
     ///
     /// # Errors
     /// Cancelled. Costs milliseconds for each hundred.
@@ -95,7 +97,9 @@ impl PatchDesign {
         }
         let old: Vec<usize> = self.draft.regions[part].arcs.iter().map(|arc| arc.line.id).collect();
         let mut draft = self.draft.clone();
-        let divisions = draft.divisions(part, monitor)?;
+        let mut divisions = draft.divisions(part, monitor)?;
+        let whole = self.draft.regions[part].defect().abs();
+        divisions.sort_by_key(|division| division.parts.iter().any(|part| part.defect().abs() == whole));
         let next = draft.next;
         let proposal = |division: Division| {
             let arcs = division.parts.iter().flat_map(|part| &part.arcs);
