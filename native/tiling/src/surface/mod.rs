@@ -44,6 +44,7 @@ mod region;
 mod regular;
 mod search;
 mod shape;
+mod strip;
 mod unfold;
 mod zigzag;
 
