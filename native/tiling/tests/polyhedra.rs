@@ -257,7 +257,8 @@ fn stretch(mesh: &mut PolygonMesh) {
 fn a_face_without_c_indices_is_named() {
     // Two corners of 60 degrees and one of 60 are a triangle; a face of two corners cannot be one, nor does it exist. A
     // triangle mesh always works; no edge length does not.
-    let error = tile_polyhedron(&tetrahedron(), Some(0.0), &PolyhedronOptions::default(), &Monitor::new()).expect_err("zero");
+    let error =
+        tile_polyhedron(&tetrahedron(), Some(0.0), &PolyhedronOptions::default(), &Monitor::new()).expect_err("zero");
     assert!(matches!(error, PolygonsError::Surface(SurfaceError::EdgeLength { .. })));
 }
 

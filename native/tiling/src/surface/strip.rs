@@ -331,3 +331,63 @@ fn opened(tiling: &Tiling, passage: &Passage) -> Tiling {
     }
     Tiling { tiles }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::paving::pave;
+    use super::*;
+    use mesh::{DVec3, PolygonMesh};
+
+    /// The outline that tiles leave: edges with a tile on their left and none on their right.
+    fn outline(tiling: &Tiling) -> BTreeSet<(Point, Point)> {
+        let mut edges = BTreeSet::new();
+        for tile in &tiling.tiles {
+            let corners: Vec<Point> = tile.corners().collect();
+            for k in 0..corners.len() {
+                assert!(
+                    edges.insert((corners[k], corners[(k + 1) % corners.len()])),
+                    "two tiles on one hand of an edge"
+                );
+            }
+        }
+        edges.iter().copied().filter(|&(a, b)| !edges.contains(&(b, a))).collect()
+    }
+
+    #[test]
+    fn strips_of_both_hands_cross_a_sheet_of_patches() {
+        // Three by three faces, the middle row of parallelograms, so that there are squares and triangles.
+        let rows = [(0.0, 0.0), (0.0, 1.0), (0.5, 1.0 + 0.75f64.sqrt()), (0.5, 2.0 + 0.75f64.sqrt())];
+        let positions = rows.iter().flat_map(|&(x, y)| (0..4).map(move |i| DVec3::new(x + f64::from(i), y, 0.0)));
+        let faces = (0..9u32).map(|k| {
+            let v = k / 3 * 4 + k % 3;
+            [v, v + 1, v + 5, v + 4]
+        });
+        let grid = PolygonMesh::from_polygons(positions.collect(), faces).expect("a grid");
+        let graph = PatchGraph::of_polygons(&grid, false).expect("c-indices");
+        let paving = pave(&graph, 0.2, 0, &Monitor::new()).expect("not cancelled").expect("lengths");
+        let mut tiled = Tiled { graph: &graph, courses: paving.courses.clone(), filled: paving.filled };
+        let mut taken = 0;
+        for side in 0..graph.sides.len() as u32 {
+            for edges in [1, -2] {
+                let before = tiled.courses[side as usize].clone();
+                let Some((sides, patches)) =
+                    tiled.take(&Zigzag::new(side, edges), &Monitor::new()).expect("not cancelled")
+                else {
+                    continue;
+                };
+                taken += 1;
+                assert!(sides.contains(&side) && !patches.is_empty());
+                let letter = edges.signum() as i8;
+                let count = |course: &Course| course.iter().filter(|&&o| o == letter).count() as i32;
+                assert!(count(&tiled.courses[side as usize]) >= count(&before) + edges.abs());
+            }
+        }
+        assert!(taken > graph.sides.len(), "{taken} strips");
+        for (patch, filling) in graph.patches.iter().zip(&tiled.filled) {
+            assert_eq!(filling.boundary.code(), code(patch, &tiled.courses));
+            let points = filling.boundary.points();
+            let around: BTreeSet<_> = (0..points.len()).map(|k| (points[k], points[(k + 1) % points.len()])).collect();
+            assert_eq!(outline(&filling.tiling), around);
+        }
+    }
+}
