@@ -950,7 +950,7 @@ def tile_surface(
     shaping_rounds: int = 60,
     flattening_rounds: int = 15,
     closeness: float = 1.0,
-    planarity: float = 0.0,
+    planarity: float = 5.0,
     fairness: float = 0.0,
     uniformity: float = 0.0,
     borders: Literal["slide", "keep"] = "slide",

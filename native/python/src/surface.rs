@@ -171,7 +171,7 @@ impl SurfaceResult {
 #[pyo3(signature = (
     mesh, edge_length = None, feature_edges = None, *, target_panels = 1000, partition = "even", corners = None,
     pattern = "regular", seed = 0, patch_panels = 40, feature_angle = 0.872_664_625_997_164_8, corner_angle = std::f64::consts::FRAC_PI_6,
-    shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, planarity = 0.0, fairness = 0.0, uniformity = 0.0,
+    shaping_rounds = 60, flattening_rounds = 15, closeness = 1.0, planarity = 5.0, fairness = 0.0, uniformity = 0.0,
     borders = "slide", features = "slide", type_tolerance = None, mirror = false, progress = None
 ))]
 // One Python keyword each: the signature is the interface.

@@ -187,9 +187,8 @@ fn a_three_sided_patch_takes_triples_of_both_hands() {
 }
 
 #[test]
-fn patches_of_a_dome_take_zigzags_and_far_ones_keep_their_tiles() {
-    let dome = shapes::sphere(12);
-    let before = tiled(&dome, 0.15, Vec::new());
+fn patches_of_a_sphere_take_zigzags_and_far_ones_keep_their_tiles() {
+    let before = tiled(&shapes::sphere(12), 0.15, Vec::new());
     let Some(graph) = &before.patch_graph else { panic!("no partition of the sphere") };
     let (mut taken, mut refused) = (0, 0);
     for side in (0..graph.sides.len() as u32).step_by(5) {
@@ -201,15 +200,12 @@ fn patches_of_a_dome_take_zigzags_and_far_ones_keep_their_tiles() {
                     draw("sphere", &after.mesh);
                 }
             }
-            Err(SurfaceError::Edit(error @ (EditError::Open { .. } | EditError::Untileable { .. }))) => {
-                println!("{error}");
-                refused += 1;
-            }
+            Err(SurfaceError::Edit(EditError::Open { .. } | EditError::Untileable { .. })) => refused += 1,
             Err(error) => panic!("side {side}: {error}"),
         }
     }
-    println!("{taken} taken, {refused} refused");
-    assert!(taken > refused, "{taken} sides took a zigzag, {refused} did not");
+    // A strip must come back to where it began, for there is no border.
+    assert!(taken >= 3, "{taken} sides took a zigzag, {refused} did not");
 }
 
 #[test]

@@ -49,6 +49,7 @@ mod region;
 mod regular;
 mod search;
 mod shape;
+mod strip;
 mod unfold;
 mod zigzag;
 

@@ -45,7 +45,7 @@ pub struct ShapeOptions {
     pub flattening_rounds: usize,
     /// Weight of closeness to the surface in the latter, for each vertex, above 0. Default 1.
     pub closeness: f64,
-    /// Weight of planarity in the latter, for each quad. Default 0: regular quads are flat too.
+    /// Weight of planarity in the latter, for each quad. Default 5.
     pub planarity: f64,
     /// Weight of relative fairness in the latter, for each vertex. Default 0.
     pub fairness: f64,
@@ -63,7 +63,7 @@ impl Default for ShapeOptions {
             rounds: 60,
             flattening_rounds: 15,
             closeness: 1.0,
-            planarity: 0.0,
+            planarity: 5.0,
             fairness: 0.0,
             uniformity: 0.0,
             borders: Along::Slide,

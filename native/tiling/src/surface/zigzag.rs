@@ -16,8 +16,10 @@ use super::cone::Filling;
 use super::courses::{Course, fault};
 use super::patch_graph::PatchGraph;
 use super::paving::{Paving, fill_patch, stitch};
+use super::strip::Tiled;
 use super::{Fill, SurfaceError};
 use crate::plane::Point;
+use crate::tile::Kind;
 use mesh::Monitor;
 use solve::SolveError;
 use solve::integer::{Options, Programme, Term, Variable};
@@ -37,6 +39,9 @@ const MOST_OUTLINES: usize = 400;
 
 /// Other lengths tried with as many rings of patches.
 const OTHER_LENGTHS: usize = 3;
+
+/// Rings of patches that a single zigzag may change, before it is made by a strip.
+const RINGS: usize = 3;
 
 /// Limits of a programme.
 const MOST_NODES: u32 = 200;
@@ -209,7 +214,9 @@ pub(super) fn zigzagged(
     let mut allowed: BTreeSet<u32> =
         zigzags.iter().flat_map(|zigzag| editor.beside[zigzag.side as usize].iter().copied()).collect();
     let mut untileable = None;
+    let mut ring = 0;
     loop {
+        ring += 1;
         monitor.stage("lengths", 0.0)?;
         let mut perimeters: Vec<(u32, std::ops::RangeInclusive<i64>)> = Vec::new();
         for _ in 0..=OTHER_LENGTHS {
@@ -231,6 +238,11 @@ pub(super) fn zigzagged(
             .flat_map(|&p| &graph.patches[p as usize].corners)
             .flat_map(|corner| editor.beside[corner.side as usize].iter().copied())
             .collect();
+        if zigzags.len() == 1 && (ring == RINGS || wider.len() == allowed.len()) {
+            if let Some(found) = editor.by_strip(first)? {
+                return Ok(found);
+            }
+        }
         if wider.len() == allowed.len() {
             let side = first.side;
             let error = match untileable {
@@ -385,6 +397,20 @@ impl Editor<'_> {
             let rest = -i64::from(fixed.0[axis]);
             programme.row(row, rest..=rest);
         }
+    }
+
+    /// The paving with a zigzag by strips of tiles.
+    fn by_strip(&self, zigzag: &Zigzag) -> Result<Option<(Paving, Edit)>, SurfaceError> {
+        let (courses, filled) = (self.paving.courses.clone(), self.paving.filled.clone());
+        let mut tiled = Tiled { graph: self.graph, courses, filled };
+        let Some((sides, patches)) = tiled.take(zigzag, self.monitor)? else { return Ok(None) };
+        let has = |p: &u32| tiled.filled[*p as usize].tiling.count(Kind::Rhombus) > 0;
+        let with_rhombi = (0..tiled.filled.len() as u32).filter(has).collect();
+        // Patches beside a crossed side are passed, and no others change.
+        let edit = Edit { sides: sides.into_iter().collect(), patches: patches.into_iter().collect() };
+        let relengthened = self.paving.relengthened.clone();
+        let Tiled { courses, filled, .. } = tiled;
+        Ok(Some((stitch(self.graph, courses, filled, relengthened, with_rhombi), edit)))
     }
 
     fn around(&self, patch: u32, counts: &BTreeMap<u32, Counts>) -> i64 {
