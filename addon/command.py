@@ -77,7 +77,7 @@ def main(arguments: list[str]) -> int:
     tile_surface.add_argument(
         "--patch-graph", metavar="FILE", help="FILE.obj or FILE.blend:OBJECT, whose edges are the sides of the patches"
     )
-    tile_surface.add_argument("--pattern", choices=["regular", "random"], default="regular")
+    tile_surface.add_argument("--pattern", choices=["regular", "fractured", "symmetric", "random"], default="regular")
     tile_surface.add_argument("--seed", type=int, default=0)
     tile_surface.add_argument("--no-detect", dest="detect", action="store_false", help="do not follow sharp edges")
     tile_surface.add_argument("--shaping-rounds", type=int, default=60, help="rounds that make panels regular")

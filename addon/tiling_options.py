@@ -222,12 +222,14 @@ class TileSurfaceOptions(FeatureOptions, ShapeOptions, ColorOptions, TypeOptions
         name="Pattern",
         description="Which of the many tilings of the surface to take",
         items=[
-            ("regular", "Regular", "Hexagons of triangles between squares, as periodic as the surface allows"),
+            ("regular", "Regular", "As periodic as the surface allows"),
+            ("fractured", "Fractured", "Triangles and squares mixed in every patch that allows it, as brokenly as they can be"),
+            ("symmetric", "Symmetric", "Triangles and squares mixed, each patch with as many symmetries as its outline allows"),
             ("random", "Random", "Triangles and squares drawn at random, patch by patch"),
         ],
         default="regular",
     )
-    seed: IntProperty(name="Seed", description="Another seed is another random pattern", default=0, min=0)
+    seed: IntProperty(name="Seed", description="Another seed is another pattern", default=0, min=0)
     patch_panels: IntProperty(
         name="Patch Panels",
         description="Panels of a patch of the random pattern: more leave fewer traces of the regular one, and take longer",
@@ -312,8 +314,10 @@ def tile_surface_uses(options: TileSurfaceOptions, name: str) -> bool:
         return options.partition == "patches" or options.patch_graph != ""
     if name == "partition":
         return options.patch_graph == ""
-    if name in {"seed", "patch_panels"}:
-        return options.pattern == "random" and (name == "seed" or options.partition == "even")
+    if name == "seed":
+        return options.pattern != "regular"
+    if name == "patch_panels":
+        return options.pattern == "random" and options.partition == "even"
     if name in {"closeness", "planarity", "fairness"}:
         return options.flattening_rounds > 0
     return name != "detect_angle" or options.detect

@@ -899,7 +899,7 @@ class PatchDesign:
     def tile(
         self,
         *,
-        pattern: Literal["regular", "random"] = "regular",
+        pattern: Literal["regular", "fractured", "symmetric", "random"] = "regular",
         seed: int = 0,
         patch_panels: int = 40,
         shaping_rounds: int = 60,
@@ -942,7 +942,7 @@ def tile_surface(
     target_panels: int = 1000,
     partition: Literal["even", "patches"] = "even",
     corners: ArrayLike | None = None,
-    pattern: Literal["regular", "random"] = "regular",
+    pattern: Literal["regular", "fractured", "symmetric", "random"] = "regular",
     seed: int = 0,
     patch_panels: int = 40,
     feature_angle: float = ...,
@@ -968,8 +968,10 @@ def tile_surface(
     partition: "even" spreads irregular vertices evenly and always succeeds; "patches" divides the surface into large patches
         that are flat in themselves, as the paper does; where none are found the report says so and the panels are even.
     corners: (N, 2) border vertices and their c-indices, 2 to 10, instead of those nearest to their angles; patches only.
-    pattern: "regular", as periodic as the surface allows, or "random", drawn anew patch by patch.
-    seed: of the random pattern; the same seed gives the same panels.
+    pattern: "regular", as periodic as the surface allows; "fractured", both panels in every patch that allows it, with as many
+        butterflies as there can be; "symmetric", with as many symmetries as the outline of each patch allows; "random", drawn
+        from all tilings of each patch. With partition="even" fractured is random and symmetric is regular.
+    seed: of the pattern, unless it is regular; the same seed gives the same panels.
     patch_panels: panels of a patch of the random pattern, 12 to 200: more of them leave fewer traces of the regular one.
     feature_angle: edges between faces that turn by more than this are followed too; radians, 0 to pi, by default 50 degrees.
     corner_angle: borders and followed lines keep a vertex where they turn by more; radians, 0 to pi, by default 30 degrees.

@@ -147,8 +147,10 @@ impl SurfaceResult {
 ///     paper does; where no such patches are found the report says so and the panels are even.
 /// corners: (N, 2) ints, border vertices and their c-indices (interior angles in units of 30 degrees, 2 to 10), instead of
 ///     those nearest to their angles; for patches only. None for none.
-/// pattern: "regular", as periodic as the surface allows, or "random", drawn anew patch by patch.
-/// seed: of the random pattern; the same seed gives the same panels.
+/// pattern: "regular", as periodic as the surface allows; "fractured", both panels in every patch that allows it, with as many
+///     butterflies as there can be; "symmetric", with as many symmetries as the outline of each patch allows; "random", drawn
+///     from all tilings of each patch. With partition="even" fractured is random and symmetric is regular.
+/// seed: of the pattern, unless it is regular; the same seed gives the same panels.
 /// patch_panels: panels of a patch of the random pattern, 12 to 200: more of them leave fewer traces of the regular one.
 /// feature_angle: edges between faces that turn by more than this are followed too; radians, 0 to pi, by default 50 degrees.
 /// corner_angle: borders and followed lines keep a vertex where they turn by more; radians, 0 to pi, by default 30 degrees.
@@ -361,6 +363,7 @@ fn report<'py>(
     report.set_item("edge_length", made.edge_length)?;
     report.set_item("interior_vertices", made.interior_vertices)?;
     report.set_item("patches", made.patch_graph.as_ref().map(|graph| graph.patches.len()))?;
+    report.set_item("patch_tilings", &made.tiling_counts)?;
     report.set_item("relengthened_patches", &made.relengthened_patches)?;
     report.set_item("patches_with_rhombi", &made.patches_with_rhombi)?;
     report.set_item("edited_sides", &made.edit.sides)?;

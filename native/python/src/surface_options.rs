@@ -70,10 +70,12 @@ impl PanelKeywords {
         }
         let fill = match self.pattern.as_str() {
             "regular" => Fill::Regular,
+            "fractured" => Fill::Fractured { seed },
+            "symmetric" => Fill::Symmetric { seed },
             "random" => {
                 Fill::Random { seed, patch_panels: within("patch_panels", self.patch_panels, 12..=200)? as usize }
             }
-            other => return Err(format!("pattern is \"{other}\"; it must be one of: regular, random")),
+            other => return Err(format!("pattern is \"{other}\"; it must be one of: regular, fractured, symmetric, random")),
         };
         let shape = ShapeOptions {
             rounds: within("shaping_rounds", self.shaping_rounds, 0..=1000)? as usize,
