@@ -2,7 +2,7 @@
 
 use mesh::{DVec3, Monitor, PolygonMesh, TriangleMesh};
 use std::collections::{BTreeMap, BTreeSet};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use testkit::{oracle, shapes};
 use tiling::{BigUint, Fill, Kind, Partition, SurfaceOptions, SurfaceTiling, tile_surface};
 
@@ -20,13 +20,6 @@ fn grid(columns: u32, rows: u32, is_closed: [bool; 2], place: impl Fn(f64, f64) 
         .map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])
         .collect();
     PolygonMesh::from_polygons(positions, &faces).expect("a grid")
-}
-
-fn vase() -> PolygonMesh {
-    grid(40, 30, [true, false], |u, v| {
-        let radius = 0.6 + 0.3 * (5.0 * v).sin();
-        DVec3::new(radius * (TAU * u).cos(), radius * (TAU * u).sin(), 2.0 * v)
-    })
 }
 
 /// A square tube that turns and narrows: four creases.
@@ -118,12 +111,6 @@ fn assert_patches(name: &str, mesh: &PolygonMesh, result: &SurfaceTiling) {
 fn a_torus_is_divided() {
     let mesh = shapes::torus(2.0, 0.7, 48, 20);
     assert_patches("torus", &mesh, &tiled(&mesh, 400.0, Fill::Regular));
-}
-
-#[test]
-fn a_vase_is_divided() {
-    let mesh = vase();
-    assert_patches("vase", &mesh, &tiled(&mesh, 400.0, Fill::Regular));
 }
 
 #[test]

@@ -19,6 +19,9 @@ const MOST_PIECES: usize = 96;
 const LEAST_AREA: f64 = 30.0;
 const MANY_PIECES: usize = 48;
 
+/// A plane is moved to the end of another cut by so many edges at most.
+const REACH: f64 = 2.0;
+
 /// A vertex this near to a cutting plane, in the shortest of its edges, counts as on it.
 const ON_PLANE: f64 = 0.12;
 
@@ -102,7 +105,7 @@ pub(super) fn cut(
                 }
                 Err(piece) => (piece, true),
             };
-            has_cut = bisect(&mut mesh, &mut [&mut edges, &mut marked], &piece);
+            has_cut = bisect(&mut mesh, &mut [&mut edges, &mut marked], &piece, REACH * edge_length);
             if has_cut {
                 break;
             }
@@ -238,8 +241,8 @@ fn shortest_edges(mesh: &TriangleMesh) -> Vec<f64> {
     shortest
 }
 
-/// Divides a piece by the plane across its longest axis; whether it did.
-fn bisect(mesh: &mut TriangleMesh, edge_sets: &mut [&mut BTreeSet<[u32; 2]>; 2], piece: &Piece) -> bool {
+/// Divides a piece by the plane across its longest axis, or through the end of another cut within `reach` of that; whether it did.
+fn bisect(mesh: &mut TriangleMesh, edge_sets: &mut [&mut BTreeSet<[u32; 2]>; 2], piece: &Piece, reach: f64) -> bool {
     let (mut area, mut centre) = (0.0, DVec3::ZERO);
     for t in 0..piece.mesh.triangles.len() {
         let weight = piece.mesh.area_normal(t).length();
@@ -248,6 +251,15 @@ fn bisect(mesh: &mut TriangleMesh, edge_sets: &mut [&mut BTreeSet<[u32; 2]>; 2],
     }
     centre /= area;
     let axis = longest_axis(&piece.mesh, centre, DVec3::ZERO);
+    // A cut that ends on the border of the piece near the plane goes on through it: charts had a side shorter than panels else.
+    let mut lines_at: BTreeMap<u32, u32> = BTreeMap::new();
+    for &v in edge_sets[0].iter().flatten() {
+        *lines_at.entry(v).or_default() += 1;
+    }
+    let nodes = piece.origin.iter().zip(&piece.mesh.positions).filter(|(v, _)| lines_at.get(v).is_some_and(|&n| n > 2));
+    let heights = nodes.map(|(_, &p)| (p - centre).dot(axis)).filter(|h| h.abs() < reach);
+    let nearest = heights.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0);
+    let centre = centre + nearest * axis;
     divide(mesh, edge_sets, piece, [centre, axis])
 }
 
