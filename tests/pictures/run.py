@@ -22,7 +22,8 @@ import blenders  # noqa: E402  (found through the line above)
 PANEL = tuple(
     f"panel-{name}.png" for name in ("ready", "grey", "tile-curve", "retopologize", "tile-surface")
 )  # fmt: skip
-SECONDS = 1800
+SHEETS = tuple(f"surfaces-{look}.png" for look in ("regular", "random", "patches", "type", "planarity", "area"))
+SECONDS = 3600
 
 
 def main() -> int:
@@ -42,7 +43,7 @@ def main() -> int:
     demo = ["--extension", str(extension), "--out", str(out)]
     for script in ("demo.py", "retopology.py", "surfaces.py"):
         codes.append(blenders.ensure("bpy-5.0").run(ROOT / "demo" / script, demo, timeout=SECONDS).returncode)
-    missing = [name for name in PANEL if not (out / name).exists()]
+    missing = [name for name in (*PANEL, *SHEETS) if not (out / name).exists()]
     if missing:
         print(f"not drawn: {', '.join(missing)}")
     return int(any(codes) or bool(missing))
