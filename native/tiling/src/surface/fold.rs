@@ -16,8 +16,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A sheet whose edges and diagonals are off by more than this, in edges, is no plane tiling.
 const TOLERANCE: f64 = 1e-3;
 
-/// How far vertices inside are lifted for each 30 degrees of their defect before shaping, in edges.
-const LIFT: f64 = 0.2;
+/// How far tips are lifted before shaping for each 30 degrees of their defect and each of the rings that are lifted with them,
+/// in edges.
+const LIFT: f64 = 0.15;
+const RINGS: u32 = 3;
 
 /// Two runs along borders that become one.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -242,7 +244,7 @@ pub fn fold(
     })
 }
 
-/// Moves vertices inside with a positive defect outwards, so that they become tips and not dimples.
+/// Moves vertices inside with a positive defect outwards, and those about them less, so that they become tips and not dimples.
 fn lift_tips(tiles: &[Vec<u32>], positions: &mut [DVec3]) -> Result<(), FoldError> {
     let flat = PolygonMesh::from_polygons(positions.to_vec(), tiles).map_err(SurfaceError::from)?;
     let topology = Topology::of(&flat);
@@ -252,9 +254,15 @@ fn lift_tips(tiles: &[Vec<u32>], positions: &mut [DVec3]) -> Result<(), FoldErro
             normals[v as usize] += area_normal(tile, &flat.positions);
         }
     }
-    for (v, defect) in panels::defects(&flat).0 {
-        if defect > 0 && !topology.is_border_vertex(v) {
-            positions[v as usize] += LIFT * f64::from(defect) * normals[v as usize].normalize_or_zero();
+    let tips = panels::defects(&flat).0.into_iter().filter(|&(v, defect)| defect > 0 && !topology.is_border_vertex(v));
+    for (tip, defect) in tips {
+        let (mut ring, mut met) = (vec![tip], BTreeSet::from([tip]));
+        for near in (1..=RINGS).rev() {
+            for &v in &ring {
+                let lift = LIFT * f64::from(defect) * f64::from(near);
+                positions[v as usize] += lift * normals[v as usize].normalize_or_zero();
+            }
+            ring = ring.iter().flat_map(|&v| topology.neighbours(v)).filter(|&w| met.insert(w)).collect();
         }
     }
     Ok(())

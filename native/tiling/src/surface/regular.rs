@@ -24,7 +24,7 @@ const STEPS: usize = 300;
 const NEAR: f64 = 1e-12;
 
 /// A step that lowers the squared error by less than this part of it is the last: there is no regular mesh near.
-const LEAST_GAIN: f64 = 1e-3;
+const LEAST_GAIN: f64 = 1e-4;
 
 /// Damping of the steps: at first, at most, and how it falls and rises.
 const DAMPING: f64 = 1e-3;
@@ -130,7 +130,9 @@ fn refine(tiles: &[Vec<u32>], positions: &mut [DVec3], monitor: &Monitor) -> Res
         if errors.iter().all(|e| e.abs() < NEAR) || damping > MOST_DAMPING {
             break;
         }
-        let mut triplets: Vec<(usize, usize, f64)> = (0..3 * now.len()).map(|i| (i, i, damping)).collect();
+        // No less than the squared error, so that the matrix is sound where many solutions are near one another.
+        let diagonal = damping.max(square(&errors));
+        let mut triplets: Vec<(usize, usize, f64)> = (0..3 * now.len()).map(|i| (i, i, diagonal)).collect();
         let mut right = vec![0.0; 3 * now.len()];
         for ((ends, _), e) in wanted.iter().zip(&errors) {
             let [a, b] = ends.map(|v| v as usize);
@@ -159,7 +161,7 @@ fn refine(tiles: &[Vec<u32>], positions: &mut [DVec3], monitor: &Monitor) -> Res
         let moved: Vec<DVec3> = now.iter().zip(right.chunks_exact(3)).map(|(&p, d)| p + DVec3::from_slice(d)).collect();
         let after = error(&moved);
         if square(&after) < square(&errors) {
-            let is_last = square(&after) > (1.0 - LEAST_GAIN) * square(&errors);
+            let is_last = damping <= DAMPING && square(&after) > (1.0 - LEAST_GAIN) * square(&errors);
             (now, errors) = (moved, after);
             if is_last {
                 break;
