@@ -24,6 +24,7 @@ mod assemble;
 mod chart;
 mod coarse;
 mod cone;
+mod counts;
 mod courses;
 mod curve;
 mod cut;
