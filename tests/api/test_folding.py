@@ -43,8 +43,7 @@ def check_mesh(mesh: quadloom.Mesh, chi: int) -> None:
     assert euler(points, faces) == chi
 
 
-def test_a_wedge_zipped_shut_makes_a_cone_of_two_panel_types():
-    # A dodecagon has triangles and squares; without a wedge of 30 degrees about its centre it is a cone.
+def test_a_hexagon_without_a_sixth_is_a_pyramid_of_one_panel_type():
     mesh = tiling(*((d, 4) for d in (0, 2, 4, 6, 8, 10)))
     centre = at(mesh, 2.0, math.sqrt(12))
     points, faces = polygons(mesh)
@@ -59,6 +58,22 @@ def test_a_wedge_zipped_shut_makes_a_cone_of_two_panel_types():
     tip = result.vert_target[centre]
     assert dict(zip(result.irregular_verts.tolist(), result.defects.tolist(), strict=True))[int(tip)] == 2
     assert np.ptp(result.mesh.positions[:, 2]) > 0.5
+
+
+@pytest.mark.parametrize("removed", [1, 2])
+def test_a_dodecagon_without_some_sixths_is_a_cupola_of_two_panel_types(removed):
+    # Six triangles about the centre, six squares, six triangles between these.
+    mesh = quadloom.tilings([5] * 12)[0].mesh
+    points, faces = polygons(mesh)
+    centre = int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmin())
+    middles = np.array([points[f].mean(axis=0) for f in faces]) - points[centre]
+    angles = np.round(np.degrees(np.arctan2(middles[:, 1], middles[:, 0])), 6) % 360
+    result = quadloom.fold_tiling(mesh, cut=np.flatnonzero(angles < 60 * removed), zips=[(centre, 2)])
+    assert result.regular and departure(result.mesh) < 1e-6
+    check_mesh(result.mesh, 1)
+    assert [name[0] for name in result.panels.type_names] == ["T", "Q"]
+    assert result.panels.type_counts.tolist() == [2 * (6 - removed), 6 - removed]
+    assert result.mesh.positions[:, 2].argmax() == result.vert_target[centre], "the tip is on top"
 
 
 def test_a_strip_of_triangles_and_squares_becomes_a_tube_of_two_panel_types():

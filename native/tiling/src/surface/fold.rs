@@ -10,11 +10,16 @@ use super::panels::{self, Panel};
 use super::regular::{REGULAR, irregularity, regularise, tiles_of};
 use super::unfold::from_distances;
 use crate::Kind;
-use mesh::{Cancelled, Monitor, NONE, PolygonMesh, Topology, sorted};
+use mesh::{Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A sheet whose edges and diagonals are off by more than this, in edges, is no plane tiling.
 const TOLERANCE: f64 = 1e-3;
+
+/// How far tips are lifted before shaping for each 30 degrees of their defect and each of the rings that are lifted with them,
+/// in edges.
+const LIFT: f64 = 0.15;
+const RINGS: u32 = 3;
 
 /// Two runs along borders that become one.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -216,12 +221,15 @@ pub fn fold(
     }
     let tiles: Vec<Vec<u32>> = faces.iter().map(|face| face.iter().map(|&v| vertex_of[v as usize]).collect()).collect();
     let mut positions = from_distances(&tiles, number.len(), monitor)?;
+    lift_tips(&tiles, &mut positions)?;
     // As large as the sheet.
     let edge = super::regular::mean_edge(&tiles_of(sheet), &sheet.positions);
     let irregularity = regularise(&tiles, &mut positions, options.rounds, monitor)?;
     let scale = edge / super::regular::mean_edge(&tiles, &positions);
+    let up: DVec3 = tiles.iter().map(|tile| area_normal(tile, &positions)).sum();
     for p in &mut positions {
-        *p *= scale;
+        // Outside up, and to the scale of the sheet.
+        *p *= if up.z < 0.0 { DVec3::new(scale, -scale, -scale) } else { DVec3::splat(scale) };
     }
     let mesh = PolygonMesh::from_polygons(positions, &tiles).map_err(SurfaceError::from)?;
     let kinds: Vec<Kind> =
@@ -234,6 +242,35 @@ pub fn fold(
         vertex_of,
         irregularity,
     })
+}
+
+/// Moves vertices inside with a positive defect outwards, and those about them less, so that they become tips and not dimples.
+fn lift_tips(tiles: &[Vec<u32>], positions: &mut [DVec3]) -> Result<(), FoldError> {
+    let flat = PolygonMesh::from_polygons(positions.to_vec(), tiles).map_err(SurfaceError::from)?;
+    let topology = Topology::of(&flat);
+    let mut normals = vec![DVec3::ZERO; positions.len()];
+    for tile in tiles {
+        for &v in tile {
+            normals[v as usize] += area_normal(tile, &flat.positions);
+        }
+    }
+    let tips = panels::defects(&flat).0.into_iter().filter(|&(v, defect)| defect > 0 && !topology.is_border_vertex(v));
+    for (tip, defect) in tips {
+        let (mut ring, mut met) = (vec![tip], BTreeSet::from([tip]));
+        for near in (1..=RINGS).rev() {
+            for &v in &ring {
+                let lift = LIFT * f64::from(defect) * f64::from(near);
+                positions[v as usize] += lift * normals[v as usize].normalize_or_zero();
+            }
+            ring = ring.iter().flat_map(|&v| topology.neighbours(v)).filter(|&w| met.insert(w)).collect();
+        }
+    }
+    Ok(())
+}
+
+fn area_normal(tile: &[u32], positions: &[DVec3]) -> DVec3 {
+    let at = |k: usize| positions[tile[k] as usize] - positions[tile[0] as usize];
+    (1..tile.len() - 1).map(|k| at(k).cross(at(k + 1)) / 2.0).sum()
 }
 
 /// Faces are equilateral triangles and squares of one size, and make an oriented manifold.

@@ -27,6 +27,7 @@ mod choice;
 mod chords;
 mod coarse;
 mod cone;
+mod counts;
 mod courses;
 mod curve;
 mod cut;

@@ -18,9 +18,13 @@ const RESTING: f64 = 0.02;
 /// Edges and diagonals that differ from their length by less than this, in edges, make a regular mesh.
 pub(super) const REGULAR: f64 = 1e-6;
 
-/// Steps of Newton's method, and how near they come, in edges.
-const STEPS: usize = 80;
+/// Steps of Newton's method, and how near they come, in edges. Sheets that bend freely have many solutions near one another,
+/// and then the error only halves with each step.
+const STEPS: usize = 300;
 const NEAR: f64 = 1e-12;
+
+/// A step that lowers the squared error by less than this part of it is the last: there is no regular mesh near.
+const LEAST_GAIN: f64 = 1e-4;
 
 /// Damping of the steps: at first, at most, and how it falls and rises.
 const DAMPING: f64 = 1e-3;
@@ -126,7 +130,9 @@ fn refine(tiles: &[Vec<u32>], positions: &mut [DVec3], monitor: &Monitor) -> Res
         if errors.iter().all(|e| e.abs() < NEAR) || damping > MOST_DAMPING {
             break;
         }
-        let mut triplets: Vec<(usize, usize, f64)> = (0..3 * now.len()).map(|i| (i, i, damping)).collect();
+        // No less than the squared error, so that the matrix is sound where many solutions are near one another.
+        let diagonal = damping.max(square(&errors));
+        let mut triplets: Vec<(usize, usize, f64)> = (0..3 * now.len()).map(|i| (i, i, diagonal)).collect();
         let mut right = vec![0.0; 3 * now.len()];
         for ((ends, _), e) in wanted.iter().zip(&errors) {
             let [a, b] = ends.map(|v| v as usize);
@@ -155,7 +161,11 @@ fn refine(tiles: &[Vec<u32>], positions: &mut [DVec3], monitor: &Monitor) -> Res
         let moved: Vec<DVec3> = now.iter().zip(right.chunks_exact(3)).map(|(&p, d)| p + DVec3::from_slice(d)).collect();
         let after = error(&moved);
         if square(&after) < square(&errors) {
+            let is_last = damping <= DAMPING && square(&after) > (1.0 - LEAST_GAIN) * square(&errors);
             (now, errors) = (moved, after);
+            if is_last {
+                break;
+            }
             damping *= FALL;
         } else {
             damping *= RISE;

@@ -10,7 +10,7 @@
 use super::cone::Filling;
 use super::courses::{Course, code, edge_directions};
 use super::patch_graph::PatchGraph;
-use super::zigzag::Zigzag;
+use super::zigzag::{Edit, Zigzag};
 use crate::Boundary;
 use crate::plane::{Direction, Point};
 use crate::tile::{Kind, Tile, Tiling};
@@ -50,12 +50,8 @@ struct Passage {
 
 impl Tiled<'_> {
     /// Takes a zigzag, an edge at a time; the sides and patches that became others, or `None` where there is no strip.
-    pub fn take(
-        &mut self,
-        zigzag: &Zigzag,
-        monitor: &Monitor,
-    ) -> Result<Option<(BTreeSet<u32>, BTreeSet<u32>)>, Cancelled> {
-        let (mut sides, mut patches) = (BTreeSet::new(), BTreeSet::new());
+    pub fn take(&mut self, zigzag: &Zigzag, monitor: &Monitor) -> Result<Option<Edit>, Cancelled> {
+        let (mut sides, mut patches): (BTreeSet<u32>, BTreeSet<u32>) = Default::default();
         let count = zigzag.edges.abs();
         let lead: i8 = if zigzag.edges > 0 { 1 } else { -1 };
         let letters: &[i8] = if zigzag.pair { &[lead, -lead] } else { &[lead] };
@@ -73,37 +69,31 @@ impl Tiled<'_> {
                 } else {
                     zigzag.position + aside
                 };
-                let Some((crossings, passages)) = self.strip(zigzag.side, offset, position, monitor)? else {
+                let Some(edit) = self.strip(zigzag.side, offset, position, monitor)? else {
                     return Ok(None);
                 };
-                sides.extend(crossings);
-                patches.extend(passages);
+                sides.extend(edit.sides);
+                patches.extend(edit.patches);
             }
         }
-        Ok(Some((sides, patches)))
+        Ok(Some(Edit { sides: sides.into_iter().collect(), patches: patches.into_iter().collect() }))
     }
 
     /// Lays one strip across a side, as near to a position as there is one; what it crossed and passed.
-    fn strip(
-        &mut self,
-        side: u32,
-        offset: i8,
-        position: f64,
-        monitor: &Monitor,
-    ) -> Result<Option<(Vec<u32>, Vec<u32>)>, Cancelled> {
+    fn strip(&mut self, side: u32, offset: i8, position: f64, monitor: &Monitor) -> Result<Option<Edit>, Cancelled> {
         let length = self.courses[side as usize].len();
         let mut places: Vec<usize> = (1..length).collect();
         let off = |at: usize| (at as f64 / length as f64 - position).abs();
         places.sort_by(|&a, &b| off(a).total_cmp(&off(b)).then(a.cmp(&b)));
         for at in places {
-            monitor.check()?;
             let start = Crossing { side, at, offset };
-            let Some(passages) = self.way(start) else { continue };
+            let Some(passages) = self.way(start, monitor)? else { continue };
             if let Some(changed) = self.inserted(start, &passages) {
-                let crossed = std::iter::once(side).chain(passages.iter().map(|passage| passage.exit.side)).collect();
-                let passed = passages.iter().map(|passage| passage.patch).collect();
+                let crossed = passages.iter().map(|passage| passage.exit.side);
+                let sides = std::iter::once(side).chain(crossed).collect();
+                let patches = passages.iter().map(|passage| passage.patch).collect();
                 *self = changed;
-                return Ok(Some((crossed, passed)));
+                return Ok(Some(Edit { sides, patches }));
             }
         }
         Ok(None)
@@ -119,16 +109,15 @@ impl Tiled<'_> {
     }
 
     /// The passages of a strip from a crossing, both ways: border to border, or round.
-    fn way(&self, start: Crossing) -> Option<Vec<Passage>> {
+    fn way(&self, start: Crossing, monitor: &Monitor) -> Result<Option<Vec<Passage>>, Cancelled> {
         let uses = self.uses(start.side);
-        let (first, closes) = self.leg(start, uses[0], &BTreeSet::new(), uses.get(1).copied())?;
-        let Some(&second) = uses.get(1).filter(|_| !closes) else { return Some(first) };
+        let Some((first, closes)) = self.leg(start, uses[0], &BTreeSet::new(), uses.get(1).copied(), monitor)? else {
+            return Ok(None);
+        };
+        let Some(&second) = uses.get(1).filter(|_| !closes) else { return Ok(Some(first)) };
         let passed: BTreeSet<u32> = first.iter().map(|passage| passage.patch).collect();
-        if passed.contains(&second.0) {
-            return None;
-        }
-        let (rest, _) = self.leg(start, second, &passed, None)?;
-        Some([first, rest].concat())
+        let rest = self.leg(start, second, &passed, None, monitor)?;
+        Ok(rest.map(|(rest, _)| [first, rest].concat()))
     }
 
     /// The fewest passages from a crossing into a patch and on to the border, or back to where it started through the patch
@@ -139,7 +128,8 @@ impl Tiled<'_> {
         into: (u32, usize),
         closed: &BTreeSet<u32>,
         home: Option<(u32, usize)>,
-    ) -> Option<(Vec<Passage>, bool)> {
+        monitor: &Monitor,
+    ) -> Result<Option<(Vec<Passage>, bool)>, Cancelled> {
         // Each found passage with the one before it.
         let mut found: Vec<(Passage, Option<usize>)> = Vec::new();
         let mut waiting: VecDeque<(Crossing, (u32, usize), Option<usize>)> = VecDeque::from([(start, into, None)]);
@@ -154,6 +144,7 @@ impl Tiled<'_> {
             way
         };
         while let Some((crossing, (patch, corner), before)) = waiting.pop_front() {
+            monitor.check()?;
             let mut at = before;
             let mut is_passed = closed.contains(&patch);
             while let Some(k) = at {
@@ -170,17 +161,17 @@ impl Tiled<'_> {
                 let here = found.len() - 1;
                 if exit.side == start.side {
                     if exit == start && home == Some(of) {
-                        return Some((trace(&found, here), true));
+                        return Ok(Some((trace(&found, here), true)));
                     }
                     continue;
                 }
                 match self.uses(exit.side).into_iter().find(|&other| other != of) {
                     Some(beyond) => waiting.push_back((exit, beyond, Some(here))),
-                    None => return Some((trace(&found, here), false)),
+                    None => return Ok(Some((trace(&found, here), false))),
                 }
             }
         }
-        None
+        Ok(None)
     }
 
     /// All ways through a patch from a crossing, one for each place where they can leave.
@@ -221,18 +212,15 @@ impl Tiled<'_> {
                 if !edges.contains(&(here, direction)) || before.contains_key(&next) {
                     continue;
                 }
-                match number.get(&next) {
-                    Some(&exit) => {
-                        let is_outline = number.get(&here).is_some_and(|&k| (k + 1) % n == exit || (exit + 1) % n == k);
-                        if !is_outline {
-                            before.insert(next, here);
-                            exits.push(exit);
-                        }
-                    }
-                    None => {
-                        before.insert(next, here);
-                        waiting.push_back(next);
-                    }
+                let Some(&exit) = number.get(&next) else {
+                    before.insert(next, here);
+                    waiting.push_back(next);
+                    continue;
+                };
+                let is_outline = number.get(&here).is_some_and(|&k| (k + 1) % n == exit || (exit + 1) % n == k);
+                if !is_outline {
+                    before.insert(next, here);
+                    exits.push(exit);
                 }
             }
         }
@@ -371,13 +359,11 @@ mod tests {
         for side in 0..graph.sides.len() as u32 {
             for edges in [1, -2] {
                 let before = tiled.courses[side as usize].clone();
-                let Some((sides, patches)) =
-                    tiled.take(&Zigzag::new(side, edges), &Monitor::new()).expect("not cancelled")
-                else {
+                let Some(edit) = tiled.take(&Zigzag::new(side, edges), &Monitor::new()).expect("not cancelled") else {
                     continue;
                 };
                 taken += 1;
-                assert!(sides.contains(&side) && !patches.is_empty());
+                assert!(edit.sides.contains(&side) && !edit.patches.is_empty());
                 let letter = edges.signum() as i8;
                 let count = |course: &Course| course.iter().filter(|&&o| o == letter).count() as i32;
                 assert!(count(&tiled.courses[side as usize]) >= count(&before) + edges.abs());

@@ -13,6 +13,7 @@
 //! patches beside them.
 
 use super::cone::Filling;
+use super::counts::{Counts, changed, counts_of};
 use super::courses::{Course, fault};
 use super::patch_graph::PatchGraph;
 use super::paving::{Paving, fill_patch, stitch};
@@ -238,10 +239,11 @@ pub(super) fn zigzagged(
             .flat_map(|&p| &graph.patches[p as usize].corners)
             .flat_map(|corner| editor.beside[corner.side as usize].iter().copied())
             .collect();
-        if zigzags.len() == 1 && (ring == RINGS || wider.len() == allowed.len()) {
-            if let Some(found) = editor.by_strip(first)? {
-                return Ok(found);
-            }
+        if zigzags.len() == 1
+            && (ring == RINGS || wider.len() == allowed.len())
+            && let Some(found) = editor.by_strip(first)?
+        {
+            return Ok(found);
         }
         if wider.len() == allowed.len() {
             let side = first.side;
@@ -264,13 +266,6 @@ fn beside(graph: &PatchGraph) -> Vec<Vec<u32>> {
         }
     }
     beside
-}
-
-/// Edges of a side: straight on, to the left, to the right.
-type Counts = [i32; 3];
-
-fn counts_of(course: &Course) -> Counts {
-    [0, 1, -1].map(|letter| course.iter().filter(|&&offset| offset == letter).count() as i32)
 }
 
 /// Courses and fillings that are not those before.
@@ -403,11 +398,10 @@ impl Editor<'_> {
     fn by_strip(&self, zigzag: &Zigzag) -> Result<Option<(Paving, Edit)>, SurfaceError> {
         let (courses, filled) = (self.paving.courses.clone(), self.paving.filled.clone());
         let mut tiled = Tiled { graph: self.graph, courses, filled };
-        let Some((sides, patches)) = tiled.take(zigzag, self.monitor)? else { return Ok(None) };
+        // Patches beside a crossed side are passed, and no others change.
+        let Some(edit) = tiled.take(zigzag, self.monitor)? else { return Ok(None) };
         let has = |p: &u32| tiled.filled[*p as usize].tiling.count(Kind::Rhombus) > 0;
         let with_rhombi = (0..tiled.filled.len() as u32).filter(has).collect();
-        // Patches beside a crossed side are passed, and no others change.
-        let edit = Edit { sides: sides.into_iter().collect(), patches: patches.into_iter().collect() };
         let relengthened = self.paving.relengthened.clone();
         let Tiled { courses, filled, .. } = tiled;
         Ok(Some((stitch(self.graph, courses, filled, relengthened, with_rhombi), edit)))
@@ -530,46 +524,6 @@ impl Editor<'_> {
     }
 }
 
-/// A course with other counts: edges are taken away and turned ones put in about a position, 0 to 1; with `spread` the new
-/// ones lie apart. Of edges to both sides those come first that `leads` says.
-fn changed(old: &Course, counts: Counts, position: f64, spread: bool, leads: i8) -> Course {
-    let length = old.len().max(1) as f64;
-    let mut placed: Vec<(f64, i8)> =
-        old.iter().enumerate().map(|(k, &letter)| ((k as f64 + 0.5) / length, letter)).collect();
-    let now = counts_of(old);
-    let letters = [0, 1, -1];
-    for (k, letter) in letters.into_iter().enumerate() {
-        for _ in counts[k]..now[k] {
-            let nearest = (0..placed.len())
-                .filter(|&i| placed[i].1 == letter)
-                .min_by(|&a, &b| (placed[a].0 - position).abs().total_cmp(&(placed[b].0 - position).abs()));
-            if let Some(i) = nearest {
-                placed.remove(i);
-            }
-        }
-    }
-    let extra = [1, 2].map(|k| (counts[k] - now[k]).max(0));
-    let both = extra.iter().all(|&n| n > 0);
-    for (k, letter) in letters.into_iter().enumerate() {
-        let count = (counts[k] - now[k]).max(0);
-        for i in 0..count {
-            let even = (f64::from(i) + 0.5) / f64::from(count);
-            let at = if letter == 0 || (spread && !both) {
-                even
-            } else if spread {
-                even + if letter == leads { -0.25 } else { 0.25 } / f64::from(count)
-            } else if both {
-                position + if letter == leads { -0.17 } else { 0.17 }
-            } else {
-                position
-            };
-            placed.push((at, letter));
-        }
-    }
-    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    placed.into_iter().map(|(_, letter)| letter).collect()
-}
-
 /// A search for courses under which every patch has a tiling, side after side.
 struct Search<'a> {
     editor: &'a Editor<'a>,
@@ -626,19 +580,5 @@ impl Search<'_> {
         };
         self.known.insert(key, filling.clone());
         Ok(filling)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_course_takes_its_zigzag_where_it_is_wished() {
-        assert_eq!(changed(&vec![0; 6], [4, 2, 0], 0.5, false, 1), [0, 0, 1, 1, 0, 0]);
-        assert_eq!(changed(&vec![0; 6], [4, 2, 0], 0.0, false, 1), [1, 1, 0, 0, 0, 0]);
-        assert_eq!(changed(&vec![0; 4], [4, 0, 2], 0.5, true, 1), [0, -1, 0, 0, -1, 0]);
-        assert_eq!(changed(&vec![0; 6], [4, 1, 1], 0.5, false, -1), [0, 0, -1, 1, 0, 0]);
-        assert_eq!(counts_of(&changed(&vec![1, -1, 0], [2, 0, 1], 0.3, false, 1)), [2, 0, 1]);
     }
 }
