@@ -186,19 +186,46 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     }
     clock.stop("pairing");
 
-    let plan = Plan { base, measures: &measures, patches: &patches, templates: &templates, size: &size, plain: &plain };
     monitor.stage("density", 0.2)?;
-    let counts = density::count(plan, options.size, irregularity, monitor)?;
-    clock.stop("density");
-
-    monitor.stage("fill", 0.4)?;
-    let topologies = fill::topologies(plan, &counts.of_edge, monitor)?;
     if options.fixed.iter().any(|&v| v as usize >= base.vertices.len()) {
         return Err(LayoutError::BadOption { option: "fixed", expected: "vertices of the base" });
     }
     let rails = Rails::new(base, &measures, &options.fixed);
-    let filled = fill::fill(plan, &counts, &topologies, &rails, monitor)?;
-    clock.stop("fill");
+    let mut least = vec![1; base.edges.len()];
+    let (mut counts, mut filled);
+    let mut round = 0;
+    loop {
+        let plan = Plan {
+            base,
+            measures: &measures,
+            patches: &patches,
+            templates: &templates,
+            size: &size,
+            plain: &plain,
+            least: &least,
+        };
+        counts = density::count(plan, options.size, irregularity, monitor)?;
+        clock.stop("density");
+        monitor.stage("fill", 0.4)?;
+        let topologies = fill::topologies(plan, &counts.of_edge, monitor)?;
+        filled = fill::fill(plan, &counts, &topologies, &rails, monitor)?;
+        clock.stop("fill");
+        let doubled = fill::doubled(&filled);
+        if doubled.is_empty() {
+            break;
+        }
+        if round == NARROW_ROUNDS {
+            return Err(LayoutError::Narrow { patches: doubled.len() });
+        }
+        round += 1;
+        // One row more across each keeps their edges apart.
+        for &corner in doubled.iter().flat_map(|&p| &patches[p as usize].border) {
+            let e = base.triangle_edges[corner as usize / 3][corner as usize % 3] as usize;
+            if counts.of_edge[e] <= round {
+                least[e] = round + 1;
+            }
+        }
+    }
 
     monitor.stage("optimise", 0.6)?;
     let (charts, chart_of) = charts(base, &measures);
@@ -216,6 +243,13 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     // The maps reach every tip, the pull slips off: so before it too.
     let mut reached = work.reach(&chart_of, error, counts.edge_length, monitor)?;
     work.optimise(&lengths, options.rounds, &smooth, monitor)?;
+    if options.rounds > 0 {
+        let held = work.settle(&rails.means(base, &plain));
+        work.optimise(&lengths, options.rounds, &smooth, monitor)?;
+        if work.release(&held) > 0 {
+            work.optimise(&lengths, 0, &smooth, monitor)?;
+        }
+    }
     for _ in 0..REACHING_ROUNDS {
         if work.release(&reached) > 0 {
             work.optimise(&lengths, 0, &smooth, monitor)?;
@@ -228,13 +262,6 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     }
     if work.release(&reached) > 0 {
         work.optimise(&lengths, 0, &smooth, monitor)?;
-    }
-    if options.rounds > 0 {
-        let held = work.settle(&rails.means(base, &plain));
-        work.optimise(&lengths, options.rounds, &smooth, monitor)?;
-        if work.release(&held) > 0 {
-            work.optimise(&lengths, 0, &smooth, monitor)?;
-        }
     }
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
@@ -284,6 +311,8 @@ pub fn quads_from_base(base: &Base, options: &LayoutOptions, monitor: &Monitor) 
     Ok(Quads { mesh, feature_edges, base_vertex, source, report })
 }
 
+/// Times that counts are raised where edges of two patches would be one.
+const NARROW_ROUNDS: u32 = 4;
 /// Times that points which stick out are looked for.
 const REACHING_ROUNDS: usize = 2;
 /// They are left again where that takes quads of less than this quality.
