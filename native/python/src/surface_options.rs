@@ -75,7 +75,9 @@ impl PanelKeywords {
             "random" => {
                 Fill::Random { seed, patch_panels: within("patch_panels", self.patch_panels, 12..=200)? as usize }
             }
-            other => return Err(format!("pattern is \"{other}\"; it must be one of: regular, fractured, symmetric, random")),
+            other => {
+                return Err(format!("pattern is \"{other}\"; it must be one of: regular, fractured, symmetric, random"));
+            }
         };
         let shape = ShapeOptions {
             rounds: within("shaping_rounds", self.shaping_rounds, 0..=1000)? as usize,

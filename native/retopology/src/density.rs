@@ -30,7 +30,7 @@ const CLOSE_ENOUGH: f64 = 0.004;
 const PATTERN_WEIGHT: f64 = 2.0;
 /// How far the chords of a bent feature may leave it, in mean edge lengths, before it gets more edges; and how much more its
 /// wishes count than those of others then.
-pub(crate) const CHORD_ERROR: f64 = 0.04;
+pub(crate) const CHORD_ERROR: f64 = 0.045;
 const BENT_WEIGHT: f64 = 8.0;
 /// Bends are not followed with edges shorter than this, in mean edge lengths; nor, where so many quads would be too many by
 /// [`MOST_MISS`], than these.
@@ -295,7 +295,7 @@ pub(crate) fn scaled_area(base: &Base, size: &[f64]) -> f64 {
 
 impl<'a> Sides<'a> {
     fn new(plan: Plan<'a>, fixed: &Fixed<'_>, h: f64, shortest: f64, irregularity: f64) -> Self {
-        let Plan { base, measures, patches, templates, size, plain } = plan;
+        let Plan { base, measures, patches, templates, size, plain, least: floor } = plan;
         let at = |v: u32| base.surface.positions[v as usize];
         let step = |w: &[u32]| at(w[0]).distance(at(w[1])) / f64::midpoint(size[w[0] as usize], size[w[1] as usize]);
         let mut lengths: Vec<f64> =
@@ -332,6 +332,10 @@ impl<'a> Sides<'a> {
                 least[e] = Some(wanted.ln());
             }
             lengths[e] = lengths[e].max(wanted);
+        }
+        for (e, &floor) in floor.iter().enumerate().filter(|(_, floor)| **floor > 1) {
+            let wanted = (f64::from(floor) * h).ln();
+            least[e] = Some(least[e].map_or(wanted, |least: f64| least.max(wanted)));
         }
         for e in 0..base.edges.len() as u32 {
             if let Some(count) = fixed.count(e) {

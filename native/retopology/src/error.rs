@@ -54,6 +54,14 @@ pub enum LayoutError {
         /// Why.
         source: PlaceError,
     },
+    /// Quads of the wanted size would share edges round narrow parts.
+    #[error(
+        "is too narrow in {patches} places for quads of this size: edges there would be one; ask for smaller quads"
+    )]
+    Narrow {
+        /// Patches with such edges.
+        patches: usize,
+    },
     /// A solver failed.
     #[error(transparent)]
     Solve(SolveError),

@@ -78,6 +78,9 @@ impl From<LayoutError> for RetopologizeError {
     fn from(error: LayoutError) -> Self {
         match error {
             LayoutError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            LayoutError::Narrow { .. } => {
+                Self::Invalid { code: "too_narrow", sentence: error.to_string(), elements: Elements::new() }
+            }
             LayoutError::BadOption { .. } | LayoutError::Template(_) => Self::Option(error.to_string()),
             _ => Self::bug(&format!("no quads: {error}")),
         }

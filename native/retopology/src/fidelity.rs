@@ -101,7 +101,7 @@ mod tests {
         // A strip of two unit squares; the feature along its lower side rises after the first square, then turns.
         let points = [(0., 0.), (1., 0.), (2., 0.), (0., 1.), (1., 1.), (2., 1.)];
         let points: Vec<DVec3> = points.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect();
-        let mesh = PolygonMesh::from_polygons(points, &[[0, 1, 4, 3], [1, 2, 5, 4]]).unwrap();
+        let mesh = PolygonMesh::from_polygons(points, [[0, 1, 4, 3], [1, 2, 5, 4]]).unwrap();
         let link = |a, b| FeatureEdge { ends: [a, b], chain: Some(0), base_edge: 0 };
         let quads = Quads { mesh, feature_edges: vec![link(0, 1), link(1, 2)], ..Quads::default() };
         let share = |line: &[(f64, f64)]| {

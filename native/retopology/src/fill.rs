@@ -17,6 +17,7 @@ use mesh::DVec3;
 use mesh::Monitor;
 use quadrangulate::{DiskSurface, Filler, PatchTopology, PlaceError, place};
 use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 use surface::smooth_star::Polyline;
 
 /// What a vertex of the quads lies on.
@@ -112,6 +113,21 @@ pub(crate) fn fill(
     }
     carried.put_back(rails, &mut filled);
     Ok(filled)
+}
+
+/// Patches with an edge that joins two vertices joined by an edge elsewhere too: two patches that meet in two sides, as round
+/// a thin finger, whose rows run side to side. Ascending.
+pub(crate) fn doubled(filled: &Filled) -> Vec<u32> {
+    let mut seen = BTreeMap::<[u32; 2], u32>::new();
+    let mut found = BTreeSet::new();
+    for (quad, &patch) in filled.quads.iter().zip(&filled.patch_of) {
+        for k in 0..4 {
+            if let Some(other) = seen.insert([quad[k], quad[(k + 1) % 4]], patch) {
+                found.extend([other, patch]);
+            }
+        }
+    }
+    found.into_iter().collect()
 }
 
 /// The best filling of each patch for these counts.
@@ -211,4 +227,17 @@ fn place_patch(
     };
     let mut placed = place(topology, sides, points, &surface, None, monitor)?;
     Ok(placed.split_off(points.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_join_the_same_vertices_twice_are_found() {
+        // Two patches round a finger: their rows 1-4 are one edge. A third beside them is sound.
+        let quads = vec![[0, 1, 4, 3], [1, 2, 5, 4], [4, 1, 0, 6], [1, 4, 7, 8], [2, 9, 10, 5]];
+        let filled = Filled { quads, patch_of: vec![0, 0, 1, 1, 2], ..Filled::default() };
+        assert_eq!(doubled(&filled), [0, 1]);
+    }
 }

@@ -88,6 +88,17 @@ pub(crate) fn mend(
         if least(&mut found.iter().copied()) <= old + 1e-6 {
             continue;
         }
+        let beyond = region.sides_beyond(&patch);
+        let name = |v: u32| names.get(better.source[v as usize] as usize).copied().unwrap_or(NONE);
+        if inner_sides(&better.patch.quads).any(|side| {
+            beyond.contains(&{
+                let [a, b] = side.map(name);
+                mesh::sorted(a, b)
+            })
+        }) {
+            // The search knows the region only: two of its edges would be one with edges beyond it.
+            continue;
+        }
         places += 1;
         in_vain = 0;
         let global: Vec<u32> = (0..better.source.len())
@@ -116,6 +127,20 @@ pub(crate) fn mend(
     }
     let (patch, source) = compact(patch, before);
     Ok(Mended { patch, source, places })
+}
+
+/// Sides that two of the quads share.
+fn inner_sides(quads: &[[u32; 4]]) -> impl Iterator<Item = [u32; 2]> {
+    let mut count = BTreeMap::<[u32; 2], usize>::new();
+    for side in quads.iter().flat_map(sides) {
+        *count.entry(side).or_default() += 1;
+    }
+    count.into_iter().filter(|(_, count)| *count == 2).map(|(side, _)| side)
+}
+
+/// The sides of a quad, the lower vertex first.
+fn sides(quad: &[u32; 4]) -> [[u32; 2]; 4] {
+    [0, 1, 2, 3].map(|k| mesh::sorted(quad[k], quad[(k + 1) % 4]))
 }
 
 /// Leaves out vertices of no quad.
@@ -164,8 +189,7 @@ impl Region {
         loop {
             let mut sides = BTreeMap::<[u32; 2], usize>::new();
             for &q in &quads {
-                let corners = patch.quads[q];
-                (0..4).for_each(|k| *sides.entry(mesh::sorted(corners[k], corners[(k + 1) % 4])).or_default() += 1);
+                self::sides(&patch.quads[q]).into_iter().for_each(|side| *sides.entry(side).or_default() += 1);
             }
             let mut open = BTreeMap::<u32, usize>::new();
             for (side, _) in sides.iter().filter(|(_, count)| **count == 1) {
@@ -187,6 +211,13 @@ impl Region {
         }
     }
 
+    /// Sides of other quads that join two of its vertices.
+    fn sides_beyond(&self, whole: &QuadPatch) -> BTreeSet<[u32; 2]> {
+        let own = |v: &u32| self.outside.contains_key(v);
+        let others = (0..whole.quads.len()).filter(|q| self.quads.binary_search(q).is_err());
+        others.flat_map(|q| sides(&whole.quads[q])).filter(|side| side.iter().all(own)).collect()
+    }
+
     /// The quads by themselves, held where others meet them, and the names of their vertices.
     fn patch(&self, whole: &QuadPatch) -> (QuadPatch, Vec<u32>) {
         let names: Vec<u32> = self.outside.keys().copied().collect();
@@ -199,5 +230,23 @@ impl Region {
             constraints: names.iter().map(held).collect(),
         };
         (patch, names)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_beyond_a_region_and_inside_it_are_told_apart() {
+        // Three quads in a row and one more that joins the ends of the first side from beyond.
+        let quads = vec![[0, 1, 2, 3], [1, 4, 5, 2], [4, 6, 7, 5], [0, 3, 8, 9]];
+        let positions = vec![DVec3::ZERO; 10];
+        let constraints = vec![Constraint::Free; 10];
+        let patch = QuadPatch { surface_of: vec![0; 4], quads, positions, constraints };
+        let outside = BTreeMap::from([0, 1, 2, 3, 4, 5].map(|v| (v, 0)));
+        let region = Region { quads: vec![0, 1], sides: BTreeMap::new(), outside };
+        assert_eq!(region.sides_beyond(&patch), BTreeSet::from([[0, 3], [4, 5]]));
+        assert_eq!(inner_sides(&patch.quads[..2]).collect::<Vec<_>>(), [[1, 2]]);
     }
 }

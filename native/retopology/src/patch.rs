@@ -29,6 +29,8 @@ pub(crate) struct Plan<'a> {
     pub size: &'a [f64],
     /// The edge length wanted there before curvature and bends were looked at, scene units: what counts as near is a part of it.
     pub plain: &'a [f64],
+    /// Fewest quads along each base edge.
+    pub least: &'a [u32],
 }
 
 /// The rim of a few base triangles.

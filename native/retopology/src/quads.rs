@@ -209,37 +209,62 @@ pub(crate) fn quads_after(
     }
     clock.stop("pairing");
 
-    let first = carried.patches.len();
-    let plan = Plan { base, measures, patches: &patches, templates: &templates, size: &size, plain: &plain };
-    let new = Plan { patches: &patches[first..], ..plan };
     monitor.stage("density", 0.2)?;
-    let counts = if first > 0 {
-        let wanted = if let Size::TargetFaces(faces) = options.size { Some(faces as f64) } else { None };
-        let wanted = wanted.map(|faces| faces - carried.faces() as f64);
-        let given = [carried.edge_length, irregularity];
-        carried.completed(density::count_beside(new, &carried.counts, given, wanted, monitor)?)
-    } else {
-        Some(density::count(plan, options.size, irregularity, monitor)?)
-    };
-    clock.stop("density");
-
-    monitor.stage("fill", 0.4)?;
-    let Some(counts) = counts else { return quads_after(ground, names, options, None, monitor) };
-    let mut topologies = carried.topologies.clone();
-    topologies.extend(fill::topologies(new, &counts.of_edge, monitor)?);
-    let made: usize = topologies.iter().map(|topology| topology.quads.len()).sum();
-    if let Size::TargetFaces(target) = options.size
-        && first > 0
-        && (made as f64 / target as f64 - 1.0).abs() > density::MOST_MISS
-    {
-        return quads_after(ground, names, options, None, monitor);
-    }
     if options.fixed.iter().any(|&v| v as usize >= base.vertices.len()) {
         return Err(LayoutError::BadOption { option: "fixed", expected: "vertices of the base" });
     }
+    let first = carried.patches.len();
+    let target = if let Size::TargetFaces(faces) = options.size { Some(faces as f64) } else { None };
     let rails = Rails::new(base, measures, &options.fixed);
-    let filled = fill::fill(plan, &counts, &topologies, &carried, &rails, monitor)?;
-    clock.stop("fill");
+    let mut least = vec![1; base.edges.len()];
+    let (mut counts, mut topologies, mut filled);
+    let mut round = 0;
+    loop {
+        let plan = Plan {
+            base,
+            measures,
+            patches: &patches,
+            templates: &templates,
+            size: &size,
+            plain: &plain,
+            least: &least,
+        };
+        let new = Plan { patches: &patches[first..], ..plan };
+        let found = if first > 0 {
+            let given = [carried.edge_length, irregularity];
+            let wanted = target.map(|target| target - carried.faces() as f64);
+            carried.completed(density::count_beside(new, &carried.counts, given, wanted, monitor)?)
+        } else {
+            Some(density::count(plan, options.size, irregularity, monitor)?)
+        };
+        clock.stop("density");
+        monitor.stage("fill", 0.4)?;
+        let Some(found) = found else { return quads_after(ground, names, options, None, monitor) };
+        counts = found;
+        topologies = carried.topologies.clone();
+        topologies.extend(fill::topologies(new, &counts.of_edge, monitor)?);
+        filled = fill::fill(plan, &counts, &topologies, &carried, &rails, monitor)?;
+        clock.stop("fill");
+        let doubled = fill::doubled(&filled);
+        let miss = target.map_or(0.0, |target| (filled.quads.len() as f64 / target - 1.0).abs());
+        if first > 0 && (miss > density::MOST_MISS || !doubled.is_empty()) {
+            return quads_after(ground, names, options, None, monitor);
+        }
+        if doubled.is_empty() {
+            break;
+        }
+        if round == NARROW_ROUNDS {
+            return Err(LayoutError::Narrow { patches: doubled.len() });
+        }
+        round += 1;
+        // One row more across each keeps their edges apart.
+        for &corner in doubled.iter().flat_map(|&p| &patches[p as usize].border) {
+            let e = base.triangle_edges[corner as usize / 3][corner as usize % 3] as usize;
+            if counts.of_edge[e] <= round {
+                least[e] = round + 1;
+            }
+        }
+    }
 
     monitor.stage("optimise", 0.6)?;
     let chart_of_quad: Vec<u32> =
@@ -314,6 +339,8 @@ pub(crate) fn quads_after(
     Ok((Quads { mesh, feature_edges, base_vertex, source, report }, kept))
 }
 
+/// Times that counts are raised where edges of two patches would be one.
+const NARROW_ROUNDS: u32 = 4;
 /// Times that points which stick out are looked for.
 const REACHING_ROUNDS: usize = 2;
 /// They are left again where that takes quads of less than this quality.
@@ -393,6 +420,16 @@ impl<'a> Work<'a> {
         // The maps reach every tip, the pull slips off: so before it too.
         let mut reached = part.reach(wanted, monitor)?;
         part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
+        if wanted.rounds > 0 {
+            self.take_back(&part, &names, movable);
+            let held = self.settle(wanted.rail_edge, movable);
+            part = self.part(movable).0;
+            part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
+            let held: Vec<usize> = held.into_iter().filter_map(|v| names.binary_search(&(v as u32)).ok()).collect();
+            if part.release(&held) > 0 {
+                part.optimise(&lengths, 0, smooth, monitor)?;
+            }
+        }
         for _ in 0..REACHING_ROUNDS {
             if part.release(&reached) > 0 {
                 part.optimise(&lengths, 0, smooth, monitor)?;
@@ -407,16 +444,6 @@ impl<'a> Work<'a> {
             part.optimise(&lengths, 0, smooth, monitor)?;
         }
         self.take_back(&part, &names, movable);
-        if wanted.rounds > 0 {
-            let held = self.settle(wanted.rail_edge, movable);
-            let (mut part, names) = self.part(movable);
-            part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
-            let held: Vec<usize> = held.into_iter().filter_map(|v| names.binary_search(&(v as u32)).ok()).collect();
-            if part.release(&held) > 0 {
-                part.optimise(&lengths, 0, smooth, monitor)?;
-            }
-            self.take_back(&part, &names, movable);
-        }
         Ok(())
     }
 

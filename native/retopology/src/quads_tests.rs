@@ -119,6 +119,28 @@ fn the_number_of_quads_is_what_was_asked() {
 }
 
 #[test]
+fn bent_features_get_the_edges_they_need() {
+    // A round block: its rims turn by 90 degrees from base vertex to base vertex, and their length alone asks for 4 edges each.
+    let round = |p: DVec3| {
+        let (flat, square) = (p.x.hypot(p.y), p.x.abs().max(p.y.abs()));
+        if flat > 0.0 { DVec3::new(p.x * square / flat, p.y * square / flat, p.z) } else { p }
+    };
+    let base = base(&shapes::cuboid(DVec3::splat(2.0), 1), 16, 0.5, &round);
+    let quads = make(&base, &faces(150));
+    let chains: Vec<Vec<[u32; 2]>> =
+        base.edges.iter().map(|edge| edge.path.windows(2).map(|w| [w[0], w[1]]).collect()).collect();
+    let followed = crate::fidelity::followed(&quads, &chains, &base.surface.positions, &Monitor::new()).unwrap();
+    // Edges that are no features, the diagonals of the block's sides, have no chain that follows them.
+    let features: Vec<usize> = (0..base.edges.len()).filter(|&e| base.edges[e].feature.is_some()).collect();
+    let at = |v: u32| base.surface.positions[v as usize];
+    let length: f64 = features.iter().flat_map(|&e| &chains[e]).map(|[a, b]| at(*a).distance(at(*b))).sum();
+    assert!(followed.near > 0.99 * length, "{} of {length}", followed.near);
+    for e in features.into_iter().filter(|&e| at(base.edges[e].path[0]).z == at(base.edges[e].path[8]).z) {
+        assert!(quads.report.counts[e] >= 5, "{}", quads.report.counts[e]);
+    }
+}
+
+#[test]
 fn painted_sizes_are_kept() {
     // A long sheet whose one end wants edges a quarter as long.
     let base = base(&shapes::sheet(8, 2), 6, 4.0, &|p| p);

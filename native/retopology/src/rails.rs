@@ -56,7 +56,9 @@ impl Rails {
                 _ => true,
             })
             .collect();
-        fixed.iter().for_each(|&v| corner[v as usize] = true);
+        for &v in fixed {
+            corner[v as usize] = true;
+        }
         let mut rails = Self {
             lines: vec![],
             points: vec![],

@@ -322,8 +322,8 @@ fn opened(tiling: &Tiling, passage: &Passage) -> Tiling {
 
 #[cfg(test)]
 mod tests {
-    use super::super::paving::pave;
     use super::super::Fill;
+    use super::super::paving::pave;
     use super::*;
     use mesh::{DVec3, PolygonMesh};
 
