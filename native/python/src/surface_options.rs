@@ -76,7 +76,9 @@ impl PanelKeywords {
                 Fill::Random { seed, patch_panels: within("patch_panels", self.patch_panels, 12..=200)? as usize }
             }
             other => {
-                return Err(format!("pattern is \"{other}\"; it must be one of: regular, fractured, symmetric, random"));
+                return Err(format!(
+                    "pattern is \"{other}\"; it must be one of: regular, fractured, symmetric, random"
+                ));
             }
         };
         let shape = ShapeOptions {

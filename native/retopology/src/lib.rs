@@ -33,6 +33,7 @@ mod surfaces;
 mod templates;
 #[cfg(test)]
 mod test_bases;
+mod work;
 
 pub use density::Size;
 pub use error::LayoutError;

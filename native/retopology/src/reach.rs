@@ -19,8 +19,7 @@ pub(crate) fn missed(
     on_rail: &dyn Fn(usize) -> bool,
     positions: &[DVec3],
     quads: &[[u32; 4]],
-    error: f64,
-    spacing: f64,
+    [error, spacing]: [f64; 2],
     monitor: &Monitor,
 ) -> Result<Vec<(DVec3, u32)>, mesh::Cancelled> {
     let halves = |quad: &[u32; 4]| split_quad(quad.map(|v| positions[v as usize])).map(|half| half.map(|k| quad[k]));

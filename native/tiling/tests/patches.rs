@@ -103,7 +103,7 @@ fn assert_patches(name: &str, mesh: &PolygonMesh, result: &SurfaceTiling) {
     assert!(share < 0.08, "{name}: {share} of the vertices are irregular");
     assert!(result.turned.is_empty(), "{name}: panels turned over");
     assert_eq!(result.tiling_counts.len(), graph.patches.len(), "{name}: counts");
-    let none = result.tiling_counts.iter().any(|count| *count == Some(BigUint::ZERO));
+    let none = result.tiling_counts.contains(&Some(BigUint::ZERO));
     assert!(!none, "{name}: a patch without a tiling was filled");
 }
 

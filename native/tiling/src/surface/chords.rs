@@ -86,7 +86,7 @@ impl Unrolled {
             unrolled.walked.push(length);
             unrolled.turns.push(unrolled.turns[k] + 6 - i32::from(c));
             let [of_two, of_three] = unrolled.odd[k];
-            unrolled.odd.push([of_two + u32::from(c % 2), of_three + u32::from(c % 3 != 0)]);
+            unrolled.odd.push([of_two + u32::from(c % 2), of_three + u32::from(!c.is_multiple_of(3))]);
             let step = region.arcs[k % n].length();
             here += step * DVec2::from_angle(f64::from(direction) * FRAC_PI_6);
             length += step;

@@ -235,7 +235,9 @@ fn shortest_edges(mesh: &TriangleMesh) -> Vec<f64> {
         for k in 0..3 {
             let ends = [corners[k], corners[(k + 1) % 3]].map(|v| v as usize);
             let length = mesh.positions[ends[0]].distance(mesh.positions[ends[1]]);
-            ends.iter().for_each(|&v| shortest[v] = shortest[v].min(length));
+            for &v in &ends {
+                shortest[v] = shortest[v].min(length);
+            }
         }
     }
     shortest

@@ -184,7 +184,7 @@ pub(super) fn pave(
         }
         match tile_with_rhombi(&boundary, fill.seed(), &Options { memory: MEMORY }, monitor) {
             Ok(Some(found)) => {
-                *tiling = Some(Filling { tiling: found.tiling, boundary, start: 0, slit: 0, count: None })
+                *tiling = Some(Filling { tiling: found.tiling, boundary, start: 0, slit: 0, count: None });
             }
             Ok(None) | Err(TilingError::Unsettled { .. } | TilingError::Memory { .. }) => return Ok(None),
             Err(TilingError::Cancelled(cancelled)) => return Err(cancelled.into()),
