@@ -110,18 +110,11 @@ def test_a_pair_of_its_own_lies_where_it_is_wished():
 def test_a_dome_takes_zigzags_and_far_patches_keep_their_panels():
     mesh = grid(14, 14, dome)
     before = tiled(mesh, 0.35)
-    taken = 0
-    for side in range(0, len(before.patch_graph.side_nodes), 3):
-        try:
-            edited = before.zigzag(side)
-        except quadloom.InfeasibleError as error:
-            assert error.code in ("zigzag_open", "zigzag_untileable")
-            assert error.elements["sides"].tolist() == [side]
-            continue
-        taken += 1
+    for side in range(len(before.patch_graph.side_nodes)):
+        edited = before.zigzag(side)
+        assert course(edited.patch_graph, side).count(1) > course(before.patch_graph, side).count(1)
         check_edit(before, edited)
         check_result(mesh, edited)
-    assert taken > 0
 
 
 def test_what_cannot_take_a_zigzag_is_named():
