@@ -189,7 +189,9 @@ impl Region {
         loop {
             let mut sides = BTreeMap::<[u32; 2], usize>::new();
             for &q in &quads {
-                self::sides(&patch.quads[q]).into_iter().for_each(|side| *sides.entry(side).or_default() += 1);
+                for side in self::sides(&patch.quads[q]) {
+                    *sides.entry(side).or_default() += 1;
+                }
             }
             let mut open = BTreeMap::<u32, usize>::new();
             for (side, _) in sides.iter().filter(|(_, count)| **count == 1) {
