@@ -177,6 +177,27 @@ def test_patches_are_flat_disks_and_the_curvature_is_at_their_corners(name):
         assert np.allclose(graph.side_points[[begin, end - 1]], graph.nodes[ends], atol=0.25 * result.edge_length)
 
 
+@pytest.mark.parametrize("pattern", ["fractured", "symmetric"])
+def test_patterns_mix_both_panels_within_patches(pattern):
+    mesh = grid(16, 16, dome)
+    made = {
+        name: quadloom.tile_surface(mesh, target_panels=300, partition="patches", pattern=name, seed=3)
+        for name in ("regular", pattern)
+    }
+
+    def mixed(result: quadloom.SurfaceResult) -> int:
+        kinds = np.diff(result.mesh.face_offsets)
+        of_patch = result.patch_graph.face_patches
+        return sum(len(np.unique(kinds[of_patch == patch])) == 2 for patch in np.unique(of_patch))
+
+    for result in made.values():
+        check_result(mesh, result)
+        tilings = result.report["patch_tilings"]
+        assert len(tilings) == result.report["patches"]
+        assert all(count is None or count >= 1 for count in tilings)
+    assert mixed(made[pattern]) > mixed(made["regular"])
+
+
 def test_given_corners_are_corners_of_patches():
     mesh = grid(12, 12, dome)
     # A corner, which gets 60 degrees by itself; and the middle of a side, which gets 210.

@@ -44,10 +44,12 @@ pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, plain: &[f64],
     let [least, most] = [f64::min, f64::max].map(|pick| size.iter().copied().reduce(pick).unwrap_or(1.0));
     let least_size = LEAST_SIZE.powf(least / most);
     let bounded = |h: f64, v: u32| size[v as usize].min((caps[v as usize] / h).max(least_size * size[v as usize]));
+    let triangles = &base.surface.triangles;
+    let areas: Vec<f64> = (0..triangles.len()).map(|t| base.surface.area_normal(t).length() / 2.0).collect();
     let quads = |h: f64| -> f64 {
-        let mean = |t: &[u32; 3]| t.iter().map(|&v| bounded(h, v)).sum::<f64>() / 3.0 * h;
-        let triangles = base.surface.triangles.iter().enumerate();
-        triangles.map(|(i, t)| base.surface.area_normal(i).length() / 2.0 / mean(t).powi(2)).sum()
+        let bounds: Vec<f64> = (0..size.len() as u32).map(|v| bounded(h, v)).collect();
+        let mean = |t: &[u32; 3]| t.iter().map(|&v| bounds[v as usize]).sum::<f64>() / 3.0 * h;
+        triangles.iter().zip(&areas).map(|(t, area)| area / mean(t).powi(2)).sum()
     };
     let h = match wanted {
         Size::EdgeLength(h) => h,
@@ -63,12 +65,16 @@ pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, plain: &[f64],
     };
     let mut lower: Vec<f64> = (0..size.len() as u32).map(|v| bounded(h, v)).collect();
     // Rows of quads cannot end at once: sizes grow slowly away from what is bent.
+    let at = |v: u32| base.surface.positions[v as usize];
+    let ways: Vec<[f64; 3]> = triangles
+        .iter()
+        .map(|&[a, b, c]| [(a, b), (b, c), (c, a)].map(|(v, w)| GROWTH * at(v).distance(at(w)) / h))
+        .collect();
     for _ in 0..GROWING_SWEEPS {
         let mut changed = false;
-        for t in &base.surface.triangles {
-            for (v, w) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0]), (t[1], t[0]), (t[2], t[1]), (t[0], t[2])] {
-                let way = base.surface.positions[v as usize].distance(base.surface.positions[w as usize]);
-                let most = lower[v as usize] + GROWTH * way / h;
+        for (&[a, b, c], &[ab, bc, ca]) in triangles.iter().zip(&ways) {
+            for (v, w, way) in [(a, b, ab), (b, c, bc), (c, a, ca), (b, a, ab), (c, b, bc), (a, c, ca)] {
+                let most = lower[v as usize] + way;
                 if lower[w as usize] > most * (1.0 + 1e-9) {
                     lower[w as usize] = most;
                     changed = true;

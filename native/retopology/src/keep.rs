@@ -15,7 +15,7 @@ use quadrangulate::PatchTopology;
 use std::collections::BTreeMap;
 
 /// Rings of quads around new patches that are moved with them.
-const RINGS: usize = 3;
+const RINGS: usize = 2;
 
 /// Quads as they were before the last resort, and what they lie on.
 #[derive(Debug)]

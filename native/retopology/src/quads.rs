@@ -273,7 +273,8 @@ pub(crate) fn quads_after(
         error,
         chart_of,
         are_new: &are_new,
-        rounds: options.rounds,
+        // What lies around is in place already.
+        rounds: if first > 0 { options.rounds / 2 } else { options.rounds },
     };
     work.relax(&carried.movable(&work.filled), &wanted, &smooth, monitor)?;
     let kept = work.kept(names, &topologies, &patches, &counts);

@@ -25,6 +25,8 @@ use surface::smooth_star::Reference;
 const REACHING_ROUNDS: usize = 2;
 /// They are left again where that takes quads of less than this quality.
 const WORST_REACHED: f64 = 0.15;
+/// Vertices of a rail that are put back by less, in edge lengths, leave all others where they are.
+const MOVED: f64 = 0.02;
 /// Vertices further from such a point than this, in edge lengths, are left alone.
 const MOST_REACH: f64 = 2.5;
 
@@ -97,9 +99,11 @@ impl<'a> Work<'a> {
         part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
         if wanted.rounds > 0 {
             self.take_back(&part, &names, movable);
-            let held = self.settle(wanted.rail_edge, movable);
+            let (held, moved) = self.settle(wanted.rail_edge, movable);
             part = self.part(movable).0;
-            part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
+            if moved {
+                part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
+            }
             let held: Vec<usize> = held.into_iter().filter_map(|v| names.binary_search(&(v as u32)).ok()).collect();
             if part.release(&held) > 0 {
                 part.optimise(&lengths, 0, smooth, monitor)?;
@@ -195,9 +199,9 @@ impl<'a> Work<'a> {
     }
 
     /// Moves the vertices of bent rails that may move to where the edges between them follow the rails again, and fixes them there: the
-    /// pull spread them with no eye for bends. Returns those that were free to slide.
-    fn settle(&mut self, edge_lengths: &[f64], movable: &[bool]) -> Vec<usize> {
-        let mut held = Vec::new();
+    /// pull spread them with no eye for bends. Returns those that were free to slide, and whether any vertex is elsewhere now.
+    fn settle(&mut self, edge_lengths: &[f64], movable: &[bool]) -> (Vec<usize>, bool) {
+        let (mut held, mut moved) = (Vec::new(), false);
         for ((steps, points), &edge_length) in self.rails.steps.iter().zip(&self.rails.points).zip(edge_lengths) {
             let mut along: Vec<u32> = Vec::new();
             for step in steps {
@@ -216,6 +220,7 @@ impl<'a> Work<'a> {
             let Some((places, bent)) = division::settled(points, &places, &stays, edge_length) else { continue };
             for ((&v, place), bent) in along.iter().zip(places).zip(bent) {
                 let v = v as usize;
+                moved |= self.filled.positions[v].distance(place) > MOVED * edge_length;
                 self.filled.positions[v] = place;
                 if bent && self.constraints[v] != Constraint::Fixed {
                     self.constraints[v] = Constraint::Fixed;
@@ -223,7 +228,7 @@ impl<'a> Work<'a> {
                 }
             }
         }
-        held
+        (held, moved)
     }
 
     /// Moves free vertices to the points of the surface that stick out of the quads, and fixes them there: see

@@ -40,7 +40,7 @@ impl Schedule {
             types: self.types.len(),
             edge_length_mean: mean,
             edge_length_spread: variance.sqrt(),
-            planarity_mean: quads.iter().sum::<f64>() / quads.len().max(1) as f64,
+            planarity_mean: quads.iter().fold(0.0, |sum, planarity| sum + planarity) / quads.len().max(1) as f64,
             planarity_max: quads.iter().copied().fold(0.0, f64::max),
         }
     }
