@@ -41,11 +41,11 @@ const PAIR: f64 = 0.01;
 const QUARTERS: [i32; 2] = [4, 7];
 
 /// Limits of the programme: the nodes bind first but on a loaded machine.
-const MOST_NODES: u32 = 60;
+const MOST_NODES: u32 = 30;
 const TIME: Duration = Duration::from_secs(60);
 
 /// Most sides that may have edges and pairs: with more, the programme takes seconds or finds nothing.
-const MOST_FREE: usize = 40;
+const MOST_FREE: usize = 32;
 
 /// A solution is good enough when its cost is proved to be within this fraction of the least.
 const GAP: f64 = 0.05;

@@ -86,6 +86,9 @@ const CURVE_STEP: f64 = 2.85;
 /// the panels, as on a tube of two panels around, smaller ones fit.
 const SMALLER: [f64; 11] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12];
 
+/// Patches whose panels are more unequal than this (the spread of their edges) are no patches to build: the surface is not flat enough in
+/// them.
+const MOST_SPREAD: f64 = 0.2;
 /// A patch graph whose mesh has no more flaws than this is taken without looking at others ([`SurfaceTiling::flaws`]).
 const FEW_FLAWS: f64 = 0.15;
 
@@ -129,7 +132,7 @@ pub enum Partition {
     /// The expansion of a coarse triangulation: always there, irregular vertices evenly spread.
     Expansion,
     /// The paper's: cuts, Algorithm 1 and problem 11. Large patches, irregular vertices where the curvature is. Where no
-    /// such partition is found, or its panels would turn over, the expansion; [`SurfaceTiling::patch_graph`] is then `None`.
+    /// such partition is found, or its panels would turn over or be too unequal, the expansion; [`SurfaceTiling::patch_graph`] is then `None`.
     Paper,
 }
 
@@ -327,17 +330,22 @@ impl SurfaceTiling {
 }
 
 impl SurfaceTiling {
-    /// How far from regular: the standard deviation of edge lengths over their mean, the share of irregular vertices inside, and ten
-    /// times that of rhombi, summed.
-    fn flaws(&self) -> f64 {
+    /// Standard deviation of the edge lengths over their mean.
+    fn spread(&self) -> f64 {
         let lengths = || self.panels.iter().flat_map(|panel| panel.edges.iter().copied());
         let count = lengths().count().max(1) as f64;
         let mean = lengths().sum::<f64>() / count;
-        let spread = (lengths().map(|length| (length - mean).powi(2)).sum::<f64>() / count).sqrt() / mean;
+        (lengths().map(|length| (length - mean).powi(2)).sum::<f64>() / count).sqrt() / mean
+    }
+
+    /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, and ten times that of rhombi, summed.
+    fn flaws(&self) -> f64 {
         let topology = Topology::of(&self.mesh);
         let irregular = self.defects.iter().filter(|(v, _)| !topology.is_border_vertex(*v)).count() as f64;
         let rhombi = self.panels.iter().filter(|panel| panel.kind == Kind::Rhombus).count() as f64;
-        spread + irregular / self.interior_vertices.max(1) as f64 + 10.0 * rhombi / self.panels.len().max(1) as f64
+        self.spread()
+            + irregular / self.interior_vertices.max(1) as f64
+            + 10.0 * rhombi / self.panels.len().max(1) as f64
     }
 }
 
@@ -439,6 +447,9 @@ fn of_patches(
                 continue;
             }
             let tiling = paper.measured(Vec::new())?;
+            if tiling.spread() > MOST_SPREAD {
+                continue;
+            }
             let flaws = tiling.flaws();
             if best.as_ref().is_none_or(|(least, _)| flaws < *least) {
                 best = Some((flaws, tiling));
