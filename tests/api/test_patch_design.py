@@ -222,11 +222,14 @@ def test_random_drawings_close_or_are_refused(seed):
 
     nodes = [border() for _ in range(4)]
     graph = quadloom.PatchGraph(nodes, [(0, 1), (2, 3)])
+    refusal = None
     try:
         design = quadloom.PatchDesign(dome, 0.2, patch_graph=graph)
         result = design.tile(shaping_rounds=10, flattening_rounds=0)
     except quadloom.InfeasibleError as error:
-        assert error.code.startswith("graph_") or error.code == "no_lengths"
+        refusal = error
+    if refusal is not None:
+        assert refusal.code.startswith("graph_") or refusal.code == "no_lengths"
         return
     assert (design.defects == 0).all()
     assert euler(result.mesh) == 1
