@@ -7,7 +7,7 @@
 
 use crate::base::Base;
 use crate::rails::Rails;
-use mesh::DVec3;
+use mesh::{DVec3, nearest_on_segment};
 use std::f64::consts::PI;
 use surface::smooth_star::Polyline;
 
@@ -56,10 +56,7 @@ pub(crate) fn parts(points: &[DVec3], error: f64, shortest: f64) -> Vec<usize> {
 /// How far a polyline leaves the chord between its ends.
 fn leaves(points: &[DVec3]) -> f64 {
     let (a, b) = (points[0], points[points.len() - 1]);
-    let off = |p: &DVec3| {
-        let t = ((*p - a).dot(b - a) / (b - a).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        p.distance(a.lerp(b, t))
-    };
+    let off = |p: &DVec3| p.distance(a.lerp(b, nearest_on_segment(*p, a, b)));
     points.iter().map(off).fold(0.0, f64::max)
 }
 

@@ -130,9 +130,8 @@ fn removable(base: &Base, measures: &Measures) -> impl Iterator<Item = u32> {
         .filter(move |&h| measures.twins[h as usize] > h && measures.twins[h as usize] != NONE && !rail(h))
 }
 
-/// Equation 4 for the two triangles on both sides of a half-edge.
-fn orthogonality(measures: &Measures, rim: &Rim) -> f64 {
-    let _ = measures;
+/// Equation 4 for the rim of the two triangles on both sides of a half-edge.
+fn orthogonality(rim: &Rim) -> f64 {
     rim.angles.iter().map(|a| a.sin()).sum::<f64>() / rim.angles.len() as f64
 }
 
@@ -162,7 +161,7 @@ fn matching(
             continue;
         }
         if let Some(rim) = Rim::new(base, measures, &pair).filter(|_| allowed(&pair, given.forced)) {
-            let good = mu * orthogonality(measures, &rim) + (1.0 - mu) * planarity(measures, pair[0], pair[1]);
+            let good = mu * orthogonality(&rim) + (1.0 - mu) * planarity(measures, pair[0], pair[1]);
             let weight = (-lambda * (1.0 - good)).exp();
             edges.push((pair[0], pair[1], (weight * scale) as i32));
         }
