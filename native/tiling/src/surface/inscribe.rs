@@ -7,7 +7,7 @@
 
 use super::given::DrawnGraph;
 use super::input::Input;
-use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh, sorted};
+use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh, nearest_on_segment, sorted};
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use surface::closest::ClosestPoint;
 
@@ -199,9 +199,9 @@ impl Pen {
         let near = ON_LINE * self.edge_length;
         let (mut best, mut least) = (None, near);
         for &[a, b] in self.border.iter().chain(&self.followed) {
-            let (from, along) = (self.position(a), self.position(b) - self.position(a));
-            let t = ((p - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            let distance = p.distance(from + t * along);
+            let (from, to) = (self.position(a), self.position(b));
+            let t = nearest_on_segment(p, from, to);
+            let distance = p.distance(from + t * (to - from));
             if distance < least {
                 (best, least) = (Some((a, b, t)), distance);
             }
@@ -401,10 +401,6 @@ fn samples(points: &[DVec3], step: f64) -> Vec<DVec3> {
 }
 
 fn distance_to(points: &[DVec3], p: DVec3) -> f64 {
-    let to_segment = |w: &[DVec3]| {
-        let along = w[1] - w[0];
-        let t = (p - w[0]).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
-        p.distance(w[0] + t.clamp(0.0, 1.0) * along)
-    };
+    let to_segment = |w: &[DVec3]| p.distance(w[0] + nearest_on_segment(p, w[0], w[1]) * (w[1] - w[0]));
     points.windows(2).map(to_segment).fold(f64::INFINITY, f64::min)
 }
