@@ -337,6 +337,14 @@ fn pattern_fits(sides: &[u32], most: usize, limit: u32) -> Vec<Fit> {
     found
 }
 
+/// Up to `most` patterns with these sides and a valence excess below `limit`, the least first; none when the border is odd.
+pub(crate) fn pattern_disks(sides: &[u32], most: usize, limit: u32) -> Vec<Disk> {
+    if limit == 0 || !(1..=MOST_SIDES).contains(&sides.len()) || !sides.iter().sum::<u32>().is_multiple_of(2) {
+        return vec![];
+    }
+    pattern_fits(sides, most, limit - 1).iter().take(most).map(|fit| fit.disk(sides)).collect()
+}
+
 impl Fit {
     fn name(&self) -> String {
         PATTERNS[self.pattern].name.clone()

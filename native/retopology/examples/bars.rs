@@ -36,6 +36,7 @@ fn main() -> Result<(), Failure> {
             "--coarse" => options.layout.irregularity = f64::INFINITY,
             "--detect" => options.base.detect = Some(retopology::detect::DetectOptions::default()),
             "--plain" => plain = true,
+            "--improve" => options.layout.improve = true,
             "--out" => out = Some(PathBuf::from(value()?)),
             _ => files.push(PathBuf::from(word)),
         }
@@ -87,6 +88,7 @@ fn main() -> Result<(), Failure> {
             made.report.base_triangles,
             made.report.warnings.join("; ")
         );
+        println!("{:?}", made.report.seconds);
         if paint != 1.0 {
             println!("{name:18} painted {paint}, made {:.2}", contrast(&made.mesh, left, right));
         }

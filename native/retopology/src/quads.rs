@@ -280,8 +280,11 @@ pub(crate) fn quads_after(
     let kept = work.kept(names, &topologies, &patches, &counts);
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
-    if options.improve {
-        work.improve(&smooth, monitor)?;
+    if options.improve && options.irregularity.is_finite() {
+        work.refill(&[], monitor)?;
+        clock.stop("refill");
+        work.relax(&vec![true; work.filled.positions.len()], &wanted, &smooth, monitor)?;
+        clock.stop("relax");
     }
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
     let (mut mended, mut inverted) = work.mend(&smooth, sound, monitor)?;

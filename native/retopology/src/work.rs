@@ -17,7 +17,7 @@ use crate::reach;
 use crate::surfaces::{Chart, Ground};
 use mesh::{Monitor, NONE};
 use quadrangulate::PatchTopology;
-use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
+use quadrangulate::improve::{QuadPatch, Setting, refill};
 use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::Reference;
 
@@ -25,6 +25,8 @@ use surface::smooth_star::Reference;
 const REACHING_ROUNDS: usize = 2;
 /// They are left again where that takes quads of less than this quality.
 const WORST_REACHED: f64 = 0.15;
+/// Most quads that are replaced together to take out irregular vertices.
+const LARGEST: usize = 400;
 /// Vertices of a rail that are put back by less, in edge lengths, leave all others where they are.
 const MOVED: f64 = 0.02;
 /// Vertices further from such a point than this, in edge lengths, are left alone.
@@ -150,7 +152,6 @@ impl<'a> Work<'a> {
             filled: Filled {
                 positions: names.iter().map(|&v| all.positions[v as usize]).collect(),
                 quads: quads.iter().map(|&q| all.quads[q].map(own)).collect(),
-                patch_of: quads.iter().map(|&q| all.patch_of[q]).collect(),
                 places: names.iter().map(|&v| all.places[v as usize]).collect(),
                 ..Filled::default()
             },
@@ -280,16 +281,15 @@ impl<'a> Work<'a> {
         released.map(|&v| self.constraints[v] = constraint(self.filled.places[v], self.rails)).count()
     }
 
-    /// The topological search, with features and borders kept.
-    pub fn improve(&mut self, smooth: &SmoothOptions, monitor: &Monitor) -> Result<(), LayoutError> {
+    /// Takes irregular vertices out, with features, borders and the quads that stay kept. New vertices want to be relaxed.
+    pub fn refill(&mut self, stays: &[bool], monitor: &Monitor) -> Result<(), LayoutError> {
         let (features, surfaces) = (self.features(), surfaces(self.charts));
         let start = self.take();
         let outside = vec![0; start.positions.len()];
         let setting =
             Setting { features: &features, outside: &outside, chains: &self.rails.lines, surfaces: &surfaces };
-        let options = ImproveOptions { depth: 3, smooth: *smooth, ..ImproveOptions::default() };
-        let better = improve(start, &setting, &options, monitor)?;
-        self.put(better.patch, &better.source, outside.len());
+        let (patch, source) = refill(start, &setting, stays, LARGEST, monitor)?;
+        self.put(patch, &source, outside.len());
         Ok(())
     }
 

@@ -174,6 +174,11 @@ impl Editable {
         self.sectors.insert((v, first), ideal);
     }
 
+    /// Quads wanted in the sector of an anchored vertex whose first edge goes to `first`.
+    pub(super) fn ideal(&self, v: u32, first: u32) -> u32 {
+        self.sectors.get(&(v, first)).copied().unwrap_or(2)
+    }
+
     /// How far the valence of `v` is from ideal: 0 when regular.
     pub(super) fn vertex_cost(&self, v: u32) -> i32 {
         let count = self.around[v as usize].len() as i32;
@@ -184,8 +189,7 @@ impl Editable {
                 .iter()
                 .map(|&(first, _, count, _)| {
                     // Border and feature edges never change, so every sector keeps its first edge.
-                    let ideal = self.sectors.get(&(v, first)).copied().unwrap_or(2);
-                    sector_cost(count as i32 - ideal as i32)
+                    sector_cost(count as i32 - self.ideal(v, first) as i32)
                 })
                 .sum()
         } else {

@@ -7,6 +7,7 @@
 
 mod editable;
 mod operators;
+mod refill;
 mod search;
 
 use editable::Editable;
@@ -153,22 +154,17 @@ pub fn improve(
     options: &ImproveOptions,
     monitor: &Monitor,
 ) -> Result<Improved, ImproveError> {
-    if setting.outside.len() != start.positions.len() {
-        let (found, wanted) = (setting.outside.len(), start.positions.len());
-        return Err(ImproveError::Input(SmoothError::Length { array: "outside", found, wanted }));
-    }
+    setting.check(&start)?;
     start.smooth(setting, &options.smooth, monitor)?;
-    let mut mesh = Editable::new(&start.quads, start.surface_of, start.positions, start.constraints, setting.features)?;
-    set_ideals(&mut mesh, setting);
-    set_sizes(&mut mesh);
-    let vertices_before = mesh.positions.len();
+    let before = start.positions.len();
+    let mesh = setting.editable(start)?;
     let irregular_before = mesh.irregular().len();
     let mut search = search::Search::new(mesh, setting.surfaces, options);
     search.run(monitor)?;
     let (mesh, changes, trials) = search.finish();
     let irregular = mesh.irregular().len();
-    let (mut patch, source) = mesh.compact(vertices_before);
-    let mut new_index = vec![NONE; vertices_before];
+    let (mut patch, source) = mesh.compact(before);
+    let mut new_index = vec![NONE; before];
     for (new, &old) in source.iter().enumerate() {
         if old != NONE {
             new_index[old as usize] = new as u32;
@@ -182,6 +178,43 @@ pub fn improve(
         features,
         report: ImproveReport { irregular_before, irregular, changes, trials, smooth },
     })
+}
+
+/// Takes irregular vertices out by filling disks of up to `most` quads anew, with the patterns of [`crate::Filler`]; see
+/// [`improve`] for what is kept. New vertices are smoothed a little, no other moves: smooth the patch afterwards. The number
+/// of quads changes by 1% at most. `stays` has true for quads that may not be replaced; it may be shorter. Deterministic. A second for 4,000 quads with 150 irregular vertices.
+/// Returns the patch and where its vertices come from, an old index or [`NONE`].
+///
+/// # Errors
+/// As [`improve`].
+pub fn refill(
+    start: QuadPatch,
+    setting: &Setting<'_>,
+    stays: &[bool],
+    most: usize,
+    monitor: &Monitor,
+) -> Result<(QuadPatch, Vec<u32>), ImproveError> {
+    setting.check(&start)?;
+    let before = start.positions.len();
+    let options = ImproveOptions::default();
+    let mut search = search::Search::new(setting.editable(start)?, setting.surfaces, &options);
+    refill::Refill::new(&mut search, stays, most).run(monitor)?;
+    Ok(search.finish().0.compact(before))
+}
+
+impl Setting<'_> {
+    fn check(&self, start: &QuadPatch) -> Result<(), ImproveError> {
+        let (found, wanted) = (self.outside.len(), start.positions.len());
+        if found == wanted { Ok(()) } else { Err(ImproveError::Input(SmoothError::Length { array: "outside", found, wanted })) }
+    }
+
+    fn editable(&self, start: QuadPatch) -> Result<Editable, ImproveError> {
+        let QuadPatch { quads, surface_of, positions, constraints } = start;
+        let mut mesh = Editable::new(&quads, surface_of, positions, constraints, self.features)?;
+        set_ideals(&mut mesh, self);
+        set_sizes(&mut mesh);
+        Ok(mesh)
+    }
 }
 
 /// Angle from `a` to `b` counter-clockwise about `normal`, above 0 and up to a full turn.

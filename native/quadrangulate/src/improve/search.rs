@@ -31,7 +31,7 @@ const SIZE_WEIGHT: f64 = 0.1;
 const SWEEPS: usize = 6;
 const FIRST_SWEEPS: usize = 2;
 /// How far a vertex looks at first, in edge lengths, and below what it has found its place.
-const FIRST_STEP: f64 = 0.15;
+pub(super) const FIRST_STEP: f64 = 0.15;
 const SETTLED: f64 = 0.02;
 /// A change whose cost has grown by more than this after the first sweeps is not worth the others: one that takes
 /// irregular vertices out, and one that does not. Of 14,000 changes tried, these bounds gave up 9,000 after the first
@@ -44,19 +44,19 @@ struct Plan {
 }
 
 pub(super) struct Search<'a> {
-    mesh: Editable,
-    surfaces: &'a [&'a dyn Reference],
+    pub(super) mesh: Editable,
+    pub(super) surfaces: &'a [&'a dyn Reference],
     options: &'a ImproveOptions,
     /// Valence cost of each vertex in the present connectivity.
-    cost: Vec<i32>,
+    pub(super) cost: Vec<i32>,
     /// Normal of the reference surface at each quad; quads under trial are appended.
-    normals: Vec<DVec3>,
+    pub(super) normals: Vec<DVec3>,
     /// When the surroundings of each vertex last changed.
-    changed: Vec<u32>,
-    clock: u32,
+    pub(super) changed: Vec<u32>,
+    pub(super) clock: u32,
     budget: usize,
-    trials: usize,
-    changes: usize,
+    pub(super) trials: usize,
+    pub(super) changes: usize,
 }
 
 impl<'a> Search<'a> {
@@ -260,7 +260,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn extend_normals(&mut self) {
+    pub(super) fn extend_normals(&mut self) {
         for q in self.normals.len()..self.mesh.quads.len() {
             self.normals.push(DVec3::ZERO);
             self.refresh_normal(q as u32);
@@ -274,8 +274,13 @@ impl<'a> Search<'a> {
 
     /// Cost of shape and size over the quads at the vertices, and the worst quality among them.
     fn judge(&self, vertices: &[u32]) -> (f64, f64) {
+        self.judge_quads(&self.quads_at(vertices))
+    }
+
+    /// The same over some quads.
+    pub(super) fn judge_quads(&self, quads: &[u32]) -> (f64, f64) {
         let (mut cost, mut worst) = (0.0, 1.0_f64);
-        for q in self.quads_at(vertices) {
+        for &q in quads {
             let (Some(p), Some(quad)) = (self.points(q), self.mesh.quads[q as usize]) else { continue };
             let quality = quad_quality(p, self.normals[q as usize]);
             worst = worst.min(quality);
@@ -288,7 +293,7 @@ impl<'a> Search<'a> {
     }
 
     /// Smooths the free vertices among the given ones: shape first, then the worst quads. `steps` says how far each looks.
-    fn relax(&mut self, vertices: &[u32], steps: &mut [f64], sweeps: Range<usize>) {
+    pub(super) fn relax(&mut self, vertices: &[u32], steps: &mut [f64], sweeps: Range<usize>) {
         let mut star = Star::default();
         for sweep in sweeps {
             let goal = if sweep < 4 { Goal::Shape } else { Goal::Worst };
