@@ -211,8 +211,9 @@ class RetopologizeOptions(FeatureOptions):
     )
     improve: BoolProperty(
         name="Remove Irregular Vertices",
-        description="Search for irregular vertices away from features that can go. Slower, and the layout gets lost",
-        default=False,
+        description="Lay pieces of the mesh anew where that takes out irregular vertices away from features. Not with the "
+        "coarsest layout, nor where a template was chosen",
+        default=True,
     )
     symmetry: EnumProperty(
         name="Symmetry",

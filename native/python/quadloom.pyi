@@ -285,7 +285,7 @@ def retopologize(
     base_vertices: int = 100,
     coarseness: float = 0.5,
     pairing: Literal["valence", "matching"] = "valence",
-    improve: bool = False,
+    improve: bool = True,
     symmetry: Literal["x", "y", "z"] | Sequence[Sequence[float]] | None = None,
     symmetry_tolerance: float = 0.01,
     templates: Iterable[_Template] | None = None,
@@ -308,7 +308,8 @@ def retopologize(
     base_vertices: vertices of an even base triangulation, 4 to 100,000; features add more where they need them.
     coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
     pairing: how base triangles become patches; "matching" is the paper's rule.
-    improve: whether irregular vertices away from features are searched out one by one, at the price of the coarse layout.
+    improve: whether irregular vertices away from features are taken out by laying disks of quads anew; never where
+        coarseness is 1 or a template was chosen. In a session, quads away from an edit stay bit for bit only without it.
     symmetry: the plane about which the result is exactly symmetric, by index: "x", "y" or "z" for the plane through the
         origin across that axis, or (point, normal). The side that the normal points to decides.
     symmetry_tolerance: how far mirror images of the surface, its marks and borders may be off; fraction of the bounding-box
@@ -368,7 +369,7 @@ class RetopologySession:
         base_vertices: int = 100,
         coarseness: float = 0.5,
         pairing: Literal["valence", "matching"] = "valence",
-        improve: bool = False,
+        improve: bool = True,
         symmetry: Literal["x", "y", "z"] | Sequence[Sequence[float]] | None = None,
         symmetry_tolerance: float = 0.01,
         templates: Iterable[_Template] | None = None,

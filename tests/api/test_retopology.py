@@ -252,7 +252,7 @@ def test_marked_vertices_are_vertices():
     assert all(tuple(mesh.positions[v].tolist()) in there for v in chosen)
 
 
-@pytest.mark.parametrize("options", [{"pairing": "matching"}, {"improve": True}, {"coarseness": 0.0}, {"coarseness": 1.0}])
+@pytest.mark.parametrize("options", [{"pairing": "matching"}, {"improve": False}, {"coarseness": 0.0}, {"coarseness": 1.0}])
 def test_every_option_gives_a_valid_mesh(options):
     mesh = shipped("tri/vault_tri")
     result = quadloom.retopologize(mesh, target_faces=FACES, **options)

@@ -109,7 +109,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// base_vertices: vertices of an even base triangulation, 4 to 100,000; features add more where they need them.
 /// coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
 /// pairing: "valence" or "matching": how base triangles become patches; "matching" is the paper's rule.
-/// improve: whether irregular vertices away from features are searched out one by one, at the price of the coarse layout.
+/// improve: whether irregular vertices away from features are taken out by laying disks of quads anew; never where
+///     coarseness is 1 or a template was chosen. In a session, quads away from an edit stay bit for bit only without it.
 /// symmetry: the plane about which the result is exactly symmetric, by index: "x", "y" or "z" for the plane through the origin
 ///     across that axis, or (point, normal). The side that the normal points to decides.
 /// symmetry_tolerance: how far mirror images of the surface, its marks and borders may be off; fraction of the bounding-box
@@ -131,7 +132,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     mesh, feature_edges = None, feature_verts = None, target_faces = 4000, *, edge_length = None, density = None,
     detect = false, detect_angle = 0.698_131_700_797_731_8, detect_continue_angle = 0.436_332_312_998_582_4,
     detect_length = 0.04, corner_angle = 0.872_664_625_997_164_8, base_vertices = 100, coarseness = 0.5,
-    pairing = "valence", improve = false, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
+    pairing = "valence", improve = true, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
     progress = None
 ))]
 // One Python keyword each: the signature is the interface.

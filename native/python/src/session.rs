@@ -37,7 +37,7 @@ impl RetopologySession {
         mesh, feature_edges = None, feature_verts = None, target_faces = 4000, *, edge_length = None, density = None,
         detect = false, detect_angle = 0.698_131_700_797_731_8, detect_continue_angle = 0.436_332_312_998_582_4,
         detect_length = 0.04, corner_angle = 0.872_664_625_997_164_8, base_vertices = 100, coarseness = 0.5,
-        pairing = "valence", improve = false, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
+        pairing = "valence", improve = true, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
         progress = None
     ))]
     #[allow(clippy::too_many_arguments)]

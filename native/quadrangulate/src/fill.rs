@@ -337,12 +337,20 @@ fn pattern_fits(sides: &[u32], most: usize, limit: u32) -> Vec<Fit> {
     found
 }
 
-/// Up to `most` patterns with these sides and a valence excess below `limit`, the least first; none when the border is odd.
-pub(crate) fn pattern_disks(sides: &[u32], most: usize, limit: u32) -> Vec<Disk> {
+/// Patterns with these sides and a valence excess below `limit`: those of least excess first, and of these those first whose
+/// number of quads is nearest to `quads`. None when the border is odd.
+pub(crate) fn pattern_patches(sides: &[u32], limit: u32, quads: usize) -> Vec<PatchTopology> {
     if limit == 0 || !(1..=MOST_SIDES).contains(&sides.len()) || !sides.iter().sum::<u32>().is_multiple_of(2) {
         return vec![];
     }
-    pattern_fits(sides, most, limit - 1).iter().take(most).map(|fit| fit.disk(sides)).collect()
+    let outline = Outline::new(sides);
+    let topology = |fit: &Fit| {
+        let method = Method::Pattern(fit.name());
+        Filling::new(&outline, fit.disk(sides), method, 0, fit.unevenness).topology(Disk::clone)
+    };
+    let mut found: Vec<PatchTopology> = pattern_fits(sides, 2, limit - 1).iter().map(topology).collect();
+    found.sort_by_key(|patch| (patch.cost.valence_excess, patch.quads.len().abs_diff(quads)));
+    found
 }
 
 impl Fit {

@@ -1,7 +1,7 @@
 //! A row for each OBJ file: what the acceptance bars of feature retopology measure.
 //!
 //! `cargo run -p quadloom-retopology --example bars -- [--faces N] [--plain] [--detect] [--coarse] [--irregularity X]
-//! [--vertices N] [--aspect X] [--least-quads X] [--paint R] [--out FOLDER] FILE.obj...`
+//! [--vertices N] [--aspect X] [--least-quads X] [--paint R] [--as-laid] [--out FOLDER] FILE.obj...`
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`; `--detect` adds those found. `--paint R`
 //! wants edges R times as long in the left third as in the right one, and prints what was made of it. `--coarse` asks for the
@@ -36,7 +36,7 @@ fn main() -> Result<(), Failure> {
             "--coarse" => options.layout.irregularity = f64::INFINITY,
             "--detect" => options.base.detect = Some(retopology::detect::DetectOptions::default()),
             "--plain" => plain = true,
-            "--improve" => options.layout.improve = true,
+            "--as-laid" => options.layout.improve = false,
             "--out" => out = Some(PathBuf::from(value()?)),
             _ => files.push(PathBuf::from(word)),
         }
@@ -88,7 +88,7 @@ fn main() -> Result<(), Failure> {
             made.report.base_triangles,
             made.report.warnings.join("; ")
         );
-        println!("{:?}", made.report.seconds);
+
         if paint != 1.0 {
             println!("{name:18} painted {paint}, made {:.2}", contrast(&made.mesh, left, right));
         }

@@ -185,7 +185,8 @@ impl Workpiece {
             Size::TargetFaces(faces) => Size::TargetFaces((faces as f64 * tuning.growth).round() as usize),
             Size::EdgeLength(length) => Size::EdgeLength(length / tuning.growth.sqrt()),
         };
-        let layout = LayoutOptions { size, templates, rounds, ..self.layout.clone() };
+        let improve = self.layout.improve && tuning.rounds.is_none();
+        let layout = LayoutOptions { size, templates, rounds, improve, ..self.layout.clone() };
         let last = if tuning.is_plain() { self.kept.take() } else { None };
         let (quads, kept) =
             monitor.within(0.0, 0.9, || laid(&self.session, &ground, &layout, last.as_ref(), monitor))?;

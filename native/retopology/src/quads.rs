@@ -49,7 +49,9 @@ pub struct LayoutOptions {
     pub fixed: Vec<u32>,
     /// Rounds of the rectangles' pull. Default 40.
     pub rounds: usize,
-    /// Whether a topological search takes out irregular vertices away from features. Default: no, it undoes the layout.
+    /// Whether irregular vertices away from features are taken out, see [`quadrangulate::improve::refill`]. Not from the
+    /// coarsest layout, which it would undo, nor from templates that were chosen. After an edit it moves all vertices; without it, those away
+    /// from the edit stay bit for bit. Default: yes.
     pub improve: bool,
 }
 
@@ -65,7 +67,7 @@ impl Default for LayoutOptions {
             templates: BTreeMap::new(),
             fixed: Vec::new(),
             rounds: 40,
-            improve: false,
+            improve: true,
         }
     }
 }
@@ -266,6 +268,7 @@ pub(crate) fn quads_after(
     let smooth = SmoothOptions { sweeps: 6, ..SmoothOptions::default() };
     let mut are_new = vec![true; base.triangles.len()];
     carried.patches.iter().flat_map(|patch| &patch.triangles).for_each(|&t| are_new[t as usize] = false);
+    let refills = options.improve && options.irregularity.is_finite();
     let wanted = Wanted {
         size: &size,
         edge_length: counts.edge_length,
@@ -276,12 +279,14 @@ pub(crate) fn quads_after(
         // What lies around is in place already.
         rounds: if first > 0 { options.rounds / 2 } else { options.rounds },
     };
-    work.relax(&carried.movable(&work.filled), &wanted, &smooth, monitor)?;
+    let first_pull = Wanted { rounds: if refills { wanted.rounds / FIRST_PULL } else { wanted.rounds }, ..wanted };
+    work.relax(&carried.movable(&work.filled), &first_pull, &smooth, monitor)?;
     let kept = work.kept(names, &topologies, &patches, &counts);
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
-    if options.improve && options.irregularity.is_finite() {
-        work.refill(&[], monitor)?;
+    if refills {
+        let stays: Vec<bool> = work.filled.patch_of.iter().map(|&p| patches[p as usize].template.is_some()).collect();
+        work.refill(&stays, monitor)?;
         clock.stop("refill");
         work.relax(&vec![true; work.filled.positions.len()], &wanted, &smooth, monitor)?;
         clock.stop("relax");
@@ -330,6 +335,8 @@ pub(crate) fn quads_after(
     Ok((Quads { mesh, feature_edges, base_vertex, source, report }, kept))
 }
 
+/// Before irregular vertices are taken out the vertices need not be in their best places: such a part of the rounds will do.
+const FIRST_PULL: usize = 4;
 /// Times that counts are raised where edges of two patches would be one.
 const NARROW_ROUNDS: u32 = 4;
 struct Clock {

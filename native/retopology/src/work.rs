@@ -26,7 +26,7 @@ const REACHING_ROUNDS: usize = 2;
 /// They are left again where that takes quads of less than this quality.
 const WORST_REACHED: f64 = 0.15;
 /// Most quads that are replaced together to take out irregular vertices.
-const LARGEST: usize = 400;
+const LARGEST: usize = 800;
 /// Vertices of a rail that are put back by less, in edge lengths, leave all others where they are.
 const MOVED: f64 = 0.02;
 /// Vertices further from such a point than this, in edge lengths, are left alone.
@@ -288,8 +288,8 @@ impl<'a> Work<'a> {
         let outside = vec![0; start.positions.len()];
         let setting =
             Setting { features: &features, outside: &outside, chains: &self.rails.lines, surfaces: &surfaces };
-        let (patch, source) = refill(start, &setting, stays, LARGEST, monitor)?;
-        self.put(patch, &source, outside.len());
+        let better = refill(start, &setting, stays, LARGEST, monitor)?;
+        self.put(better.patch, &better.source, outside.len());
         Ok(())
     }
 

@@ -42,7 +42,7 @@ pub(super) fn valence_cost(off: i32) -> i32 {
 }
 
 /// Cost of a sector of an anchored vertex: too few quads make corners flat or inverted, which no smoothing mends.
-fn sector_cost(off: i32) -> i32 {
+pub(super) fn sector_cost(off: i32) -> i32 {
     if off < 0 { 4 * valence_cost(off) } else { valence_cost(off) }
 }
 

@@ -7,87 +7,44 @@
 //! Suresh, "A robust combinatorial approach to reduce singularities in quadrilateral meshes", 2017; the patterns are
 //! those of the fillers.
 
+use super::grow::{Disk, Rim};
 use super::search::{FIRST_STEP, Search};
-use crate::disk::Disk as Pattern;
-use crate::fill::pattern_disks;
+use crate::fill::pattern_patches;
 use crate::flatten::{harmonic, uniform_weights};
+use crate::{DiskSurface, PatchTopology, PlaceError, place};
 use glam::DVec2;
-use mesh::{Cancelled, DVec3, Monitor, NONE};
-use std::collections::{BTreeMap, VecDeque};
-use surface::smooth::Constraint;
+use mesh::{Cancelled, DVec3, Monitor, NONE, split_quad};
+use std::collections::BTreeMap;
 
 /// Passes over the irregular vertices at most.
 const PASSES: usize = 4;
 /// The number of quads changes by no more than this fraction.
-const MOST_DRIFT: f64 = 0.01;
+const MOST_DRIFT: f64 = 0.02;
 /// Ways in which disks grow towards other irregular vertices: in the second the nearest is passed over, and so on. One more
 /// way is to grow evenly.
 const WAYS: usize = 3;
 /// Patterns tried on the surface for one disk.
 const PATTERNS_TRIED: usize = 2;
 /// What one irregular vertex less is worth in the cost of [`Search::judge_quads`].
-const WORTH: f64 = 3.0;
+const WORTH: f64 = 4.0;
 /// The worst quad a pattern may bring, unless there was a worse one.
-const FLOOR: f64 = 0.25;
+const FLOOR: f64 = 0.2;
 /// Sweeps that smooth a pattern.
 const SWEEPS: usize = 4;
-
-/// A disk of quads that grows. Scratch lists have an entry for each quad or vertex of the mesh.
-#[derive(Default)]
-pub(super) struct Disk {
-    surface: u32,
-    quads: Vec<u32>,
-    vertices: Vec<u32>,
-    /// Sum of the valence costs of its vertices.
-    cost: i32,
-    is_in: Vec<bool>,
-    /// Quads of the disk at each vertex.
-    inside: Vec<u32>,
-    /// Vertices whose surroundings have changed since they were last looked at.
-    fresh: Vec<u32>,
-    /// The quad from which a walk came to each quad, and the quads it came to.
-    came_from: Vec<u32>,
-    walked: Vec<u32>,
-}
-
-impl Disk {
-    fn clear(&mut self, surface: u32, quads: usize, vertices: usize) {
-        self.quads.iter().for_each(|&q| self.is_in[q as usize] = false);
-        self.vertices.iter().for_each(|&v| self.inside[v as usize] = 0);
-        self.quads.clear();
-        self.vertices.clear();
-        self.fresh.clear();
-        (self.surface, self.cost) = (surface, 0);
-        self.is_in.resize(quads, false);
-        self.came_from.resize(quads, NONE);
-        self.inside.resize(vertices, 0);
-    }
-
-    fn has(&self, q: u32) -> bool {
-        q != NONE && self.is_in[q as usize]
-    }
-}
-
-/// A disk's border, counter-clockwise from a corner.
-struct Rim {
-    vertices: Vec<u32>,
-    /// Edges between one corner and the next.
-    sides: Vec<u32>,
-}
 
 /// Where to try again is not worth it: the clock when a vertex was tried last, and the vertices that its disks came to.
 type Tried = BTreeMap<u32, (u32, Vec<u32>)>;
 
 /// What a refilling search needs beside [`Search`].
 pub(super) struct Refill<'s, 'a> {
-    search: &'s mut Search<'a>,
+    pub search: &'s mut Search<'a>,
     /// Quads that may not be replaced.
-    stays: &'s [bool],
+    pub stays: &'s [bool],
     /// The quad beyond each edge of each quad, or [`NONE`], and whether the edge is a feature.
-    across: Vec<[(u32, bool); 4]>,
-    disk: Disk,
+    pub across: Vec<[(u32, bool); 4]>,
+    pub disk: Disk,
     /// Most quads in a disk.
-    most: usize,
+    pub most: usize,
     /// Quads now more than at the start, and the most there may be.
     drift: i64,
     most_drift: i64,
@@ -97,8 +54,7 @@ impl<'s, 'a> Refill<'s, 'a> {
     pub fn new(search: &'s mut Search<'a>, stays: &'s [bool], most: usize) -> Self {
         let quads = search.mesh.quads.len();
         let most_drift = (quads as f64 * MOST_DRIFT) as i64;
-        let mut refill =
-            Self { search, stays, across: vec![], disk: Disk::default(), most, drift: 0, most_drift };
+        let mut refill = Self { search, stays, across: vec![], disk: Disk::default(), most, drift: 0, most_drift };
         (0..quads as u32).for_each(|q| refill.link(q));
         refill
     }
@@ -110,9 +66,9 @@ impl<'s, 'a> Refill<'s, 'a> {
             let mut progress = false;
             let mut v = 0;
             while v < self.search.mesh.positions.len() as u32 {
-                let in_vain = tried.get(&v).is_some_and(|(clock, seen)| {
-                    seen.iter().all(|&w| self.search.changed[w as usize] <= *clock)
-                });
+                let in_vain = tried
+                    .get(&v)
+                    .is_some_and(|(clock, seen)| seen.iter().all(|&w| self.search.changed[w as usize] <= *clock));
                 if self.search.cost[v as usize] != 0 && !in_vain {
                     let clock = self.search.clock;
                     let mut seen = Vec::new();
@@ -178,241 +134,49 @@ impl<'s, 'a> Refill<'s, 'a> {
         Ok(false)
     }
 
-    /// Adds a quad if what results is a disk still, crosses no feature and buries no vertex that must stay.
-    fn add(&mut self, q: u32) -> bool {
-        let Self { search, disk, across, stays, .. } = self;
-        let mesh = &search.mesh;
-        let Some(quad) = mesh.quads[q as usize] else { return false };
-        let may_go = !stays.get(q as usize).is_some_and(|stays| *stays);
-        if disk.has(q) || mesh.surface_of[q as usize] != disk.surface || !may_go {
-            return false;
-        }
-        if !disk.quads.is_empty() {
-            let beside = across[q as usize];
-            if beside.iter().any(|&(other, is_feature)| is_feature && disk.has(other)) {
-                return false;
-            }
-            // What it shares with the disk must be one run of edges, and nothing more.
-            let shared = beside.map(|(other, _)| disk.has(other));
-            let runs = (0..4).filter(|&k| shared[k] && !shared[(k + 3) & 3]).count();
-            let touches = |k: usize| disk.inside[quad[k] as usize] > 0 && !shared[k] && !shared[(k + 3) & 3];
-            if runs != 1 || (0..4).any(touches) {
-                return false;
-            }
-            let is_buried = |&v: &u32| {
-                let v = v as usize;
-                disk.inside[v] as usize + 1 == mesh.around[v].len()
-                    && !mesh.anchored[v]
-                    && mesh.constraints[v] != Constraint::Free
-            };
-            if quad.iter().any(is_buried) {
-                return false;
-            }
-        }
-        disk.is_in[q as usize] = true;
-        disk.quads.push(q);
-        for v in quad {
-            if disk.inside[v as usize] == 0 {
-                disk.vertices.push(v);
-                disk.cost += search.cost[v as usize];
-            }
-            disk.inside[v as usize] += 1;
-            disk.fresh.push(v);
-        }
-        true
-    }
-
-    /// Quads the disk should have at a vertex of its border.
-    fn wanted(&self, v: u32) -> i32 {
-        let mesh = &self.search.mesh;
-        let inside = self.disk.inside[v as usize] as i32;
-        if !mesh.anchored[v as usize] {
-            return 4 - (mesh.around[v as usize].len() as i32 - inside);
-        }
-        // In the sector with the disk's quads.
-        let in_disk = mesh.fan(v).iter().position(|&(q, _)| self.disk.has(q)).unwrap_or(0);
-        let mut passed = 0;
-        for (first, _, count, _) in mesh.sectors_of(v) {
-            passed += count as usize;
-            if in_disk < passed {
-                return mesh.ideal(v, first) as i32 - (count as i32 - inside);
-            }
-        }
-        2
-    }
-
-    /// Takes in what lies at reflex vertices of the border, and at those with too many quads outside.
-    fn straighten(&mut self) {
-        while let Some(v) = self.disk.fresh.pop() {
-            let is_inner = self.disk.inside[v as usize] as usize == self.search.mesh.around[v as usize].len();
-            if is_inner || (1..=2).contains(&self.wanted(v)) || self.disk.quads.len() > self.most {
-                continue;
-            }
-            for q in self.search.mesh.around[v as usize].clone() {
-                self.add(q);
-            }
-        }
-    }
-
-    /// Adds the quads beyond the border. Returns whether there were any.
-    fn grow(&mut self) -> bool {
-        let mut grown = false;
-        for k in 0..self.disk.quads.len() {
-            for (other, is_feature) in self.across[self.disk.quads[k] as usize] {
-                grown |= other != NONE && !is_feature && self.add(other);
-            }
-        }
-        grown
-    }
-
-    /// Adds the quads on the way to the nearest irregular vertex beyond the border, and those around it. Returns whether there
-    /// were any; as many as `passed_over` says are left alone.
-    fn reach(&mut self, passed_over: &mut usize) -> bool {
-        let mut queue: VecDeque<u32> = self.disk.quads.iter().copied().collect();
-        let mut met = Vec::new();
-        let mut found = None;
-        'walk: while let Some(q) = queue.pop_front() {
-            let Some(quad) = self.search.mesh.quads[q as usize] else { continue };
-            for v in quad.into_iter().filter(|_| !self.disk.has(q)) {
-                if self.search.cost[v as usize] != 0 && self.disk.inside[v as usize] == 0 && !met.contains(&v) {
-                    met.push(v);
-                    if *passed_over == 0 {
-                        found = Some((q, v));
-                        break 'walk;
-                    }
-                    *passed_over -= 1;
-                }
-            }
-            if self.disk.walked.len() > self.most {
-                break;
-            }
-            for (other, is_feature) in self.across[q as usize] {
-                let is_new = other != NONE && !self.disk.has(other) && self.disk.came_from[other as usize] == NONE;
-                if is_new && !is_feature {
-                    self.disk.came_from[other as usize] = q;
-                    self.disk.walked.push(other);
-                    queue.push_back(other);
-                }
-            }
-        }
-        let mut way = Vec::new();
-        if let Some((mut q, _)) = found {
-            while !self.disk.has(q) {
-                way.push(q);
-                q = self.disk.came_from[q as usize];
-            }
-        }
-        for q in std::mem::take(&mut self.disk.walked) {
-            self.disk.came_from[q as usize] = NONE;
-        }
-        let mut grown = false;
-        for q in way.into_iter().rev() {
-            grown |= self.add(q);
-        }
-        if let Some((_, v)) = found.filter(|_| grown) {
-            let around = self.search.mesh.around[v as usize].clone();
-            for q in [&around[..], &around[..]].concat() {
-                self.add(q);
-            }
-        }
-        grown
-    }
-
-    /// The border of the disk, when it has corners.
-    fn rim(&self) -> Option<Rim> {
-        let quad = |q: u32| self.search.mesh.quads[q as usize];
-        let mut edges = self.disk.quads.iter().flat_map(|&q| (0..4).map(move |k| (q, k)));
-        let start = edges.find(|&(q, k)| !self.disk.has(self.across[q as usize][k].0))?;
-        let (mut vertices, mut at) = (Vec::new(), start);
-        loop {
-            vertices.push(quad(at.0)?[at.1]);
-            // The next edge out of its end that has nothing of the disk beyond.
-            let (mut q, mut k) = (at.0, (at.1 + 1) & 3);
-            loop {
-                let beyond = self.across[q as usize][k].0;
-                if !self.disk.has(beyond) {
-                    break;
-                }
-                let end = quad(q)?[(k + 1) & 3];
-                let back = quad(beyond)?.iter().position(|&v| v == end)?;
-                (q, k) = (beyond, (back + 1) & 3);
-            }
-            at = (q, k);
-            if at == start {
-                break;
-            }
-            if vertices.len() > 4 * self.disk.quads.len() {
-                return None;
-            }
-        }
-        let corners: Vec<usize> = (0..vertices.len()).filter(|&k| self.wanted(vertices[k]) <= 1).collect();
-        let first = *corners.first()?;
-        let after = corners.iter().skip(1).copied().chain([first + vertices.len()]);
-        let sides = corners.iter().zip(after).map(|(from, to)| (to - from) as u32).collect();
-        vertices.rotate_left(first);
-        Some(Rim { vertices, sides })
-    }
-
     /// Puts the first pattern with the rim's sides in place that makes the mesh better.
     fn try_patterns(&mut self, rim: &Rim, monitor: &Monitor) -> Result<bool, Cancelled> {
-        for pattern in pattern_disks(&rim.sides, PATTERNS_TRIED, self.disk.cost as u32) {
-            if self.try_pattern(rim, &pattern, monitor)? {
+        let limit = u32::try_from(self.disk.cost - rim.cost).unwrap_or(0);
+        for pattern in pattern_patches(&rim.sides, limit, self.disk.quads.len()).iter().take(PATTERNS_TRIED) {
+            if self.try_pattern(rim, pattern, monitor)? {
                 return Ok(true);
             }
         }
         Ok(false)
     }
 
-    fn try_pattern(&mut self, rim: &Rim, pattern: &Pattern, monitor: &Monitor) -> Result<bool, Cancelled> {
-        let (search, disk) = (&mut *self.search, &self.disk);
-        let perimeter = rim.vertices.len();
-        let drift = self.drift + pattern.quads.len() as i64 - disk.quads.len() as i64;
+    fn try_pattern(&mut self, rim: &Rim, pattern: &PatchTopology, monitor: &Monitor) -> Result<bool, Cancelled> {
+        let drift = self.drift + pattern.quads.len() as i64 - self.disk.quads.len() as i64;
         if drift.abs() > self.drift.abs().max(self.most_drift) {
             return Ok(false);
         }
+        let Some((places, sizes)) = self.places(rim, pattern, monitor)? else { return Ok(false) };
+        let (search, disk) = (&mut *self.search, &self.disk);
         let (badness_before, worst_before) = search.judge_quads(&disk.quads);
         let mark = search.mesh.mark();
         disk.quads.iter().for_each(|&q| search.mesh.remove(q));
-        let first_vertex = search.mesh.positions.len() as u32;
-        let first_quad = search.mesh.quads.len() as u32;
-        for _ in perimeter..pattern.vertex_count as usize {
-            search.mesh.add_vertex(DVec3::ZERO, 0.0);
-        }
-        let name = |v: u32| {
-            let inner = v.checked_sub(perimeter as u32);
-            inner.map_or_else(|| rim.vertices[v as usize], |inner| first_vertex + inner)
-        };
-        for quad in &pattern.quads {
-            search.mesh.add(quad.map(name), disk.surface);
-        }
-        let vertices: Vec<u32> = (0..pattern.vertex_count).map(name).collect();
-        let gain = vertices.iter().map(|&v| search.mesh.vertex_cost(v)).sum::<i32>() - disk.cost;
-        if gain >= 0 || !search.mesh.is_proper_since(mark) {
-            search.mesh.undo(mark);
-            return Ok(false);
-        }
-        search.trials += 1;
-        // Every new vertex the mean of its neighbours, and on the surface.
-        let weights = uniform_weights(&pattern.quads);
-        let spread = |value: &dyn Fn(usize) -> DVec2| {
-            let on_rim = |k: usize| rim.vertices.get(k).map(|&v| value(v as usize));
-            harmonic(&weights, &(0..vertices.len()).map(on_rim).collect::<Vec<_>>(), monitor)
-        };
-        let (positions, sizes) = (&search.mesh.positions, &search.mesh.size);
-        let across = spread(&|v| DVec2::new(positions[v].x, positions[v].y))?;
-        let rest = spread(&|v| DVec2::new(positions[v].z, sizes[v]))?;
         let surface = search.surfaces[disk.surface as usize];
-        let new = &vertices[perimeter..];
-        for ((&v, across), rest) in new.iter().zip(&across[perimeter..]).zip(&rest[perimeter..]) {
-            search.mesh.positions[v as usize] = surface.project(DVec3::new(across.x, across.y, rest.x)).point;
-            search.mesh.size[v as usize] = rest.y;
+        let border = rim.vertices.len();
+        let mut vertices = rim.vertices.clone();
+        for (&place, &size) in places.iter().zip(&sizes).skip(border) {
+            vertices.push(search.mesh.add_vertex(surface.project(place).point, size));
         }
-        search.extend_normals();
-        let mut steps = vec![FIRST_STEP; new.len()];
-        search.relax(new, &mut steps, 0..SWEEPS);
+        let first_quad = search.mesh.quads.len() as u32;
+        for quad in &pattern.quads {
+            search.mesh.add(quad.map(|v| vertices[v as usize]), disk.surface);
+        }
+        let gain = disk.cost - vertices.iter().map(|&v| search.mesh.vertex_cost(v)).sum::<i32>();
+        let mut is_better = gain > 0 && search.mesh.is_proper_since(mark);
         let new_quads: Vec<u32> = (first_quad..search.mesh.quads.len() as u32).collect();
-        let (badness, worst) = search.judge_quads(&new_quads);
-        if worst < worst_before.min(FLOOR) || WORTH * f64::from(gain) + badness - badness_before >= 0.0 {
+        if is_better {
+            search.trials += 1;
+            search.extend_normals();
+            let new = &vertices[border..];
+            search.relax(new, &mut vec![FIRST_STEP; new.len()], 0..SWEEPS);
+            let (badness, worst) = search.judge_quads(&new_quads);
+            is_better = worst >= worst_before.min(FLOOR) && badness - badness_before < WORTH * f64::from(gain);
+        }
+        if !is_better {
             search.mesh.undo(mark);
             search.normals.truncate(search.mesh.quads.len());
             return Ok(false);
@@ -426,12 +190,51 @@ impl<'s, 'a> Refill<'s, 'a> {
             search.changed[v as usize] = search.clock;
         }
         self.drift = drift;
-        let mut beside: Vec<u32> =
-            rim.vertices.iter().flat_map(|&v| self.search.mesh.around[v as usize].iter().copied()).collect();
-        beside.extend(new_quads);
+        let around = |&v: &u32| self.search.mesh.around[v as usize].iter().copied();
+        let mut beside: Vec<u32> = rim.vertices.iter().flat_map(around).chain(new_quads).collect();
         beside.sort_unstable();
         beside.dedup();
         beside.into_iter().for_each(|q| self.link(q));
         Ok(true)
+    }
+
+    /// Where the vertices of a pattern go, laid over the disk's quads, and the edge lengths wanted there; `None` when the disk
+    /// cannot be mapped.
+    fn places(
+        &self,
+        rim: &Rim,
+        pattern: &PatchTopology,
+        monitor: &Monitor,
+    ) -> Result<Option<(Vec<DVec3>, Vec<f64>)>, Cancelled> {
+        let (mesh, disk) = (&self.search.mesh, &self.disk);
+        let mut inner: Vec<u32> = disk.vertices.iter().copied().filter(|v| !rim.vertices.contains(v)).collect();
+        inner.sort_unstable();
+        let vertices = [&rim.vertices[..], &inner[..]].concat();
+        let own: BTreeMap<u32, u32> = vertices.iter().copied().zip(0..).collect();
+        let positions: Vec<DVec3> = vertices.iter().map(|&v| mesh.positions[v as usize]).collect();
+        let halves = |quad: [u32; 4]| {
+            let split = split_quad(quad.map(|v| mesh.positions[v as usize]));
+            split.map(|half| half.map(|k| own[&quad[k]]))
+        };
+        let triangles: Vec<[u32; 3]> =
+            disk.quads.iter().filter_map(|&q| mesh.quads[q as usize]).flat_map(halves).collect();
+        let mut corners = vec![0];
+        corners.extend(rim.sides.iter().scan(0, |at, &side| {
+            *at += side as usize;
+            Some(*at)
+        }));
+        corners.pop();
+        let old =
+            DiskSurface { positions: &positions, triangles: &triangles, border: &pattern.border, corners: &corners };
+        let border = &positions[..rim.vertices.len()];
+        let places = match place(pattern, &rim.sides, border, &old, None, monitor) {
+            Ok(places) => places,
+            Err(PlaceError::Cancelled(cancelled)) => return Err(cancelled),
+            Err(_) => return Ok(None),
+        };
+        let size = |k: usize| rim.vertices.get(k).map(|&v| DVec2::splat(mesh.size[v as usize]));
+        let known: Vec<Option<DVec2>> = (0..pattern.vertex_count).map(size).collect();
+        let sizes = harmonic(&uniform_weights(&pattern.quads), &known, monitor)?;
+        Ok(Some((places, sizes.into_iter().map(|size| size.x).collect())))
     }
 }

@@ -453,3 +453,6 @@ fn bad_starts_and_cancelling_are_errors() {
     monitor.cancel();
     assert_eq!(run(&start.patch, &setting, &monitor), ImproveError::Cancelled(Cancelled));
 }
+
+#[path = "refill_tests.rs"]
+mod refill_tests;
