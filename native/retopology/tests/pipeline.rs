@@ -2,7 +2,7 @@
 
 use mesh::{DVec3, Monitor, PolygonMesh, Topology, scaled_jacobian};
 use rayon::prelude::*;
-use retopology::{Options, Size, retopologize};
+use retopology::{LayoutOptions, Options, Output, Size, retopologize};
 use testkit::oracle;
 use testkit::random::Random;
 
@@ -70,4 +70,34 @@ fn the_coarsest_layout_of_a_block_with_holes_has_few_patches() {
     };
     let (even, coarse) = (patches(20.0), patches(f64::INFINITY));
     assert!(coarse <= 200 && coarse < even, "{coarse} of {even}");
+}
+
+#[test]
+fn fewer_irregular_vertices_at_the_same_features() {
+    let block = punched_block(5, 3, &[(1, 1), (3, 1)].into(), 2);
+    let torus = testkit::shapes::torus(3.0, 1.0, 60, 30);
+    // Of the block's, 24 are its corners.
+    for (name, mesh, features, most) in
+        [("block", &block, sharp(&block), 0.8), ("torus", &torus, Default::default(), 0.5)]
+    {
+        let make = |improve: bool| {
+            let mut options = Options::default();
+            options.layout = LayoutOptions { size: Size::TargetFaces(1500), improve, ..options.layout };
+            let made = retopologize(mesh, &features, &options, &Monitor::new()).unwrap();
+            assert_eq!(judge(mesh, &made.mesh), Ok(0), "{name}");
+            made
+        };
+        let [laid, improved] = [false, true].map(make);
+        let irregular = |made: &Output| {
+            let topology = Topology::of(&made.mesh);
+            (0..made.mesh.vertex_count() as u32).filter(|&v| topology.around(v).count() != 4).count()
+        };
+        let (before, after) = (irregular(&laid), irregular(&improved));
+        println!("{name}: {before} to {after} irregular vertices");
+        assert!(after as f64 <= most * before as f64, "{name}: {before} to {after} irregular vertices");
+        assert_eq!(laid.feature_edges.len(), improved.feature_edges.len(), "{name}");
+        assert!(improved.report.features_reproduced > 0.99, "{name}");
+        let faces = improved.mesh.face_count() as f64 / 1500.0;
+        assert!((faces - 1.0).abs() < 0.05, "{name}: {faces}");
+    }
 }

@@ -64,8 +64,7 @@ impl<'s, 'a> Refill<'s, 'a> {
         let mut tried = Tried::new();
         for _ in 0..PASSES {
             let mut progress = false;
-            let mut v = 0;
-            while v < self.search.mesh.positions.len() as u32 {
+            for v in self.irregular() {
                 let in_vain = tried
                     .get(&v)
                     .is_some_and(|(clock, seen)| seen.iter().all(|&w| self.search.changed[w as usize] <= *clock));
@@ -75,13 +74,22 @@ impl<'s, 'a> Refill<'s, 'a> {
                     progress |= self.at(v, &mut seen, monitor)?;
                     tried.insert(v, (clock, seen));
                 }
-                v += 1;
             }
             if !progress {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Irregular vertices by place, so that an edit elsewhere that numbers vertices anew changes nothing here.
+    fn irregular(&self) -> Vec<u32> {
+        let (mesh, cost) = (&self.search.mesh, &self.search.cost);
+        let mut irregular: Vec<u32> = (0..cost.len() as u32).filter(|&v| cost[v as usize] != 0).collect();
+        let place = |v: u32| mesh.positions[v as usize].to_array();
+        let by_place = |a: [f64; 3], b: [f64; 3]| a.iter().zip(&b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
+        irregular.sort_by(|&a, &b| by_place(place(a), place(b)).unwrap_or(a.cmp(&b)));
+        irregular
     }
 
     /// Looks up what lies beside a quad.
