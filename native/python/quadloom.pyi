@@ -309,7 +309,7 @@ def retopologize(
     coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
     pairing: how base triangles become patches; "matching" is the paper's rule.
     improve: whether irregular vertices away from features are taken out by laying disks of quads anew; never where
-        coarseness is 1 or a template was chosen. In a session, quads away from an edit stay bit for bit only without it.
+        coarseness is 1 or a template was chosen.
     symmetry: the plane about which the result is exactly symmetric, by index: "x", "y" or "z" for the plane through the
         origin across that axis, or (point, normal). The side that the normal points to decides.
     symmetry_tolerance: how far mirror images of the surface, its marks and borders may be off; fraction of the bounding-box
@@ -347,8 +347,8 @@ class BaseTriangulation:
 class RetopologySession:
     """A surface whose features are edited: what `retopologize` makes, kept from one edit to the next.
 
-    It is made with the arguments of `retopologize`, and costs the time to the base triangulation. An edit makes anew only
-    the base triangles about what changes, where that is possible, and the next quads only those on and beside them: the
+    It is made with the arguments of `retopologize`, and costs the time to the base triangulation. Only `improve` is False
+    by default: it goes over the whole mesh, at the end of editing say. An edit makes anew only the base triangles about what changes, where that is possible, and the next quads only those on and beside them: the
     result then depends on the order of edits (the report's "base_triangles_edited" is not None, "patches_kept" is not 0),
     but keeps every promise. After an error nothing has changed."""
 
@@ -369,7 +369,7 @@ class RetopologySession:
         base_vertices: int = 100,
         coarseness: float = 0.5,
         pairing: Literal["valence", "matching"] = "valence",
-        improve: bool = True,
+        improve: bool = False,
         symmetry: Literal["x", "y", "z"] | Sequence[Sequence[float]] | None = None,
         symmetry_tolerance: float = 0.01,
         templates: Iterable[_Template] | None = None,

@@ -110,7 +110,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
 /// pairing: "valence" or "matching": how base triangles become patches; "matching" is the paper's rule.
 /// improve: whether irregular vertices away from features are taken out by laying disks of quads anew; never where
-///     coarseness is 1 or a template was chosen. In a session, quads away from an edit stay bit for bit only without it.
+///     coarseness is 1 or a template was chosen.
 /// symmetry: the plane about which the result is exactly symmetric, by index: "x", "y" or "z" for the plane through the origin
 ///     across that axis, or (point, normal). The side that the normal points to decides.
 /// symmetry_tolerance: how far mirror images of the surface, its marks and borders may be off; fraction of the bounding-box

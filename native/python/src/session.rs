@@ -21,8 +21,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// A surface whose features are edited: what `retopologize` makes, kept from one edit to the next.
 ///
-/// It is made with the arguments of `retopologize`, and costs the time to the base triangulation. An edit makes anew only the
-/// base triangles about what changes, where that is possible, and the next quads only those on and beside them: the result
+/// It is made with the arguments of `retopologize`, and costs the time to the base triangulation. Only `improve` is False by
+/// default: it goes over the whole mesh, at the end of editing say. An edit makes anew only the base triangles about what changes, where that is possible, and the next quads only those on and beside them: the result
 /// then depends on the order of edits (the report's "base_triangles_edited" is not None, "patches_kept" is not 0), but keeps
 /// every promise. After an error nothing has changed.
 #[pyclass(frozen, module = "quadloom")]
@@ -37,7 +37,7 @@ impl RetopologySession {
         mesh, feature_edges = None, feature_verts = None, target_faces = 4000, *, edge_length = None, density = None,
         detect = false, detect_angle = 0.698_131_700_797_731_8, detect_continue_angle = 0.436_332_312_998_582_4,
         detect_length = 0.04, corner_angle = 0.872_664_625_997_164_8, base_vertices = 100, coarseness = 0.5,
-        pairing = "valence", improve = true, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
+        pairing = "valence", improve = false, symmetry = None, symmetry_tolerance = 0.01, templates = None, catalogue = None,
         progress = None
     ))]
     #[allow(clippy::too_many_arguments)]

@@ -21,9 +21,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut curves: Vec<(u32, u32)> = (0..70).map(|k| (20 * (k % 10), 14 * (k / 10) + 3)).collect();
     let features =
         |curves: &[(u32, u32)]| Features { edges: curves.iter().copied().flat_map(curve).collect(), vertices: vec![] };
+    // As it is: the irregular vertices of the whole go when editing is done.
+    let mut options = Options::default();
+    options.layout.improve = false;
     let monitor = Monitor::new();
     let start = Instant::now();
-    let mut project = Project::new(mesh, &features(&curves), &Options::default(), &monitor)?;
+    let mut project = Project::new(mesh, &features(&curves), &options, &monitor)?;
     println!("base {:.3} s", start.elapsed().as_secs_f64());
     let mut before = Vec::new();
     for (k, to) in [(0, (0, 3)), (0, (2, 5)), (23, (61, 33)), (35, (110, 50)), (69, (181, 86))] {

@@ -1,7 +1,7 @@
 //! Makes quads of OBJ files, or of generated shapes when none are given, and prints a row for each.
 //!
 //! `cargo run -p quadloom-retopology --example quads -- [--faces N] [--vertices N] [--paper] [--merge 2|3] [--irregularity X]
-//! [--rounds N] [--chord-error X] [--improve] [--plain] [--out FOLDER] FILE.obj...`
+//! [--rounds N] [--chord-error X] [--as-laid] [--plain] [--out FOLDER] FILE.obj...`
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`. With `--out`, writes `NAME.obj`.
 
@@ -32,7 +32,7 @@ fn main() -> Result<(), Failure> {
             "--irregularity" => options.irregularity = value()?.parse()?,
             "--rounds" => options.rounds = value()?.parse()?,
             "--chord-error" => options.chord_error = value()?.parse()?,
-            "--improve" => options.improve = true,
+            "--as-laid" => options.improve = false,
             "--plain" => plain = true,
             "--out" => out = Some(PathBuf::from(value()?)),
             _ => files.push(PathBuf::from(word)),

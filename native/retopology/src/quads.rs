@@ -279,8 +279,7 @@ pub(crate) fn quads_after(
         // What lies around is in place already.
         rounds: if first > 0 { options.rounds / 2 } else { options.rounds },
     };
-    let first_pull = Wanted { rounds: if refills { wanted.rounds / FIRST_PULL } else { wanted.rounds }, ..wanted };
-    work.relax(&carried.movable(&work.filled), &first_pull, &smooth, monitor)?;
+    work.relax(&carried.movable(&work.filled), &wanted, &smooth, monitor)?;
     let kept = work.kept(names, &topologies, &patches, &counts);
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
@@ -335,8 +334,6 @@ pub(crate) fn quads_after(
     Ok((Quads { mesh, feature_edges, base_vertex, source, report }, kept))
 }
 
-/// Before irregular vertices are taken out the vertices need not be in their best places: such a part of the rounds will do.
-const FIRST_PULL: usize = 4;
 /// Times that counts are raised where edges of two patches would be one.
 const NARROW_ROUNDS: u32 = 4;
 struct Clock {
