@@ -38,9 +38,11 @@ const SPACING: f64 = 0.3;
 pub struct BaseOptions {
     /// Base vertices that an even base would have, 4 to 100,000; features add more where they need them. Default: 100.
     pub vertices: u32,
-    /// Edge length of the quads to come, scene units, positive, where it is known: base edges are not wanted shorter than
-    /// [`BaseOptions::least_quads`] of them. [`edge_for_faces`] has it for a number of quads. Default: unknown.
+    /// Edge length of the quads to come where the density is 1, scene units, positive, where it is known: base edges are not
+    /// wanted shorter than [`BaseOptions::least_quads`] of them. [`edge_for_faces`] has it for a number of quads. Default: unknown.
     pub final_edge: Option<f64>,
+    /// Relative edge length of the quads to come at each vertex, positive; empty for 1 everywhere. Default: empty.
+    pub density: Vec<f64>,
     /// Least length wanted of base edges, in edges of the quads to come, 0 to 20. Default: 2.5.
     pub least_quads: f64,
     /// Connected features, and branches of them that end nowhere, are dropped when shorter than this many edges of the quads
@@ -61,6 +63,7 @@ impl Default for BaseOptions {
         Self {
             vertices: 100,
             final_edge: None,
+            density: Vec::new(),
             least_quads: 2.5,
             least_feature: 0.5,
             aspect: 8.0,
@@ -72,13 +75,24 @@ impl Default for BaseOptions {
 }
 
 impl BaseOptions {
-    fn check(&self) -> Result<(), RetopologyError> {
+    /// The least density.
+    pub(crate) fn smallest(&self) -> f64 {
+        self.density.iter().copied().reduce(f64::min).unwrap_or(1.0)
+    }
+
+    /// `vertices` are those of the mesh.
+    fn check(&self, vertices: usize) -> Result<(), RetopologyError> {
         let bad = |option, expected| Err(RetopologyError::BadOption { option, expected });
         if !(4..=100_000).contains(&self.vertices) {
             return bad("vertices", "4 to 100,000");
         }
         if self.final_edge.is_some_and(|edge| !(edge.is_finite() && edge > 0.0)) {
             return bad("final_edge", "above 0");
+        }
+        if self.density.iter().any(|size| !(size.is_finite() && *size > 0.0))
+            || !(self.density.is_empty() || self.density.len() == vertices)
+        {
+            return bad("density", "positive and finite at every vertex, or none");
         }
         if !(0.0..=20.0).contains(&self.least_quads) {
             return bad("least_quads", "0 to 20");
@@ -188,7 +202,7 @@ pub(crate) struct Part<'a> {
     pub fixed: usize,
     /// Edges of the rim: each chain of them becomes one base edge, undivided.
     pub rim: &'a BTreeSet<[u32; 2]>,
-    /// Base edge length far from features, scene units.
+    /// Base edge length far from features where the density is 1, scene units.
     pub even: f64,
 }
 
@@ -203,7 +217,7 @@ pub(crate) fn build_within(
     part: Option<&Part<'_>>,
     monitor: &Monitor,
 ) -> Result<(Built, Vec<u32>), RetopologyError> {
-    options.check()?;
+    options.check(mesh.positions.len())?;
     let mut report = BaseReport::default();
     let mut clock = Clock(Instant::now());
     monitor.stage("reading the surface", 0.0)?;
@@ -216,8 +230,8 @@ pub(crate) fn build_within(
         features.edges.extend(found);
     }
     let final_edge = options.final_edge.unwrap_or(0.0) / placement.scale;
-    let mut network =
-        network(&working, &topology, &features, options.corner_angle, options.least_feature * final_edge)?;
+    let least_feature = options.least_feature * final_edge * options.smallest();
+    let mut network = network(&working, &topology, &features, options.corner_angle, least_feature)?;
     if let Some(part) = part {
         for chain in &mut network.chains {
             chain.whole = part.rim.contains(&mesh::sorted(chain.vertices[0], chain.vertices[1]));
@@ -229,7 +243,10 @@ pub(crate) fn build_within(
     clock.lap(&mut report, "features");
 
     let lengths = Lengths {
-        even: part.map_or_else(|| even_length(&working, options.vertices), |part| part.even / placement.scale),
+        even: part.map_or_else(
+            || even_length(&working, &options.density, options.vertices),
+            |part| part.even / placement.scale,
+        ),
         least: options.least_quads * final_edge,
     };
     let mut surface = SplitMesh::new(&working, &topology);

@@ -3,11 +3,23 @@
 //! Not in Daniels et al. 2011, whose artist sees the base and moves sites. How many patches of its base complex a quad mesh has
 //! depends on where its separatrices happen to run, which nothing short of laying the quads tells.
 
+use crate::base::Base;
 use crate::base_complex::patches;
 use crate::build::BaseOptions;
+use crate::density;
+use crate::error::LayoutError;
+use crate::fill;
+use crate::measures::Measures;
+use crate::pairing::{Given, Pairing, pair_often};
+use crate::patch::{Patch, Plan};
 use crate::pipeline::NEAR_TARGET;
 use crate::quads::Quads;
-use mesh::{PolygonMesh, scaled_jacobian};
+use mesh::{Monitor, PolygonMesh, scaled_jacobian};
+
+/// Weights of sides other than four that are tried, and runs of the search with each: from the middles of such patches lines run over
+/// the whole mesh, and how far they run is known only when all patches are.
+const OFF_FOUR: [f64; 3] = [2.5, 4.0, 7.0];
+const RUNS: u64 = 8;
 
 /// Bases tried: base vertices, and the least length of base edges, in terms of the options'. Measured on 19 meshes none was the
 /// best for more than a third.
@@ -53,4 +65,36 @@ pub(crate) fn score(quads: &Quads, followed: f64) -> f64 {
 fn jacobian(mesh: &PolygonMesh, face: usize) -> f64 {
     let corners = mesh.face(face);
     scaled_jacobian([corners[0], corners[1], corners[2], corners[3]].map(|v| mesh.positions[v as usize]))
+}
+
+/// The patches of those tried whose quads have the fewest patches of their base complex. That does not depend on the number of quads along
+/// chords, so it is known before any is laid. `sizes` are as in [`Plan::size`] and [`Plan::plain`].
+pub(crate) fn pair(
+    base: &Base,
+    measures: &Measures,
+    pairing: Pairing,
+    [size, plain]: [&[f64]; 2],
+    monitor: &Monitor,
+) -> Result<Vec<Patch>, LayoutError> {
+    let least = vec![1; base.edges.len()];
+    let mut best: Option<(usize, Vec<Patch>)> = None;
+    for off_four in OFF_FOUR {
+        let given = Given { forced: &[], kept: &[], straight_corners: false, off_four };
+        for found in pair_often(base, measures, pairing, given, RUNS, monitor)? {
+            let plan = Plan { base, measures, patches: &found, templates: &[], size, plain, least: &least };
+            let counts = density::coarsest(plan);
+            let topologies = fill::topologies(plan, &counts, monitor)?;
+            let complex = fill::joined(plan, &counts, &topologies).map_or(usize::MAX, |quads| patches(&quads));
+            if std::env::var("SHOW").is_ok() {
+                eprintln!(
+                    "off {off_four} complex {complex} singles {}",
+                    found.iter().filter(|p| p.corners.len() != 4).count()
+                );
+            }
+            if best.as_ref().is_none_or(|(least, _)| complex < *least) {
+                best = Some((complex, found));
+            }
+        }
+    }
+    best.map(|(_, found)| found).ok_or(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" })
 }

@@ -10,6 +10,7 @@
 //! 3. The edge length is searched for until the quads number what was asked; single pieces then make up the rest.
 
 mod make_up;
+mod paint;
 
 use crate::base::Base;
 use crate::chords::{Run, Term, chords, cut, opposite};
@@ -18,11 +19,12 @@ use crate::division::parts;
 use crate::error::LayoutError;
 use crate::patch::{Patch, Plan};
 use crate::templates::{Chosen, TemplateError};
-use mesh::DVec3;
-use mesh::{Monitor, NONE};
+use mesh::{DVec3, Monitor, NONE};
 use quadrangulate::Filler;
 use quadrangulate::quantise::{self, Layout, MOST, QuantiseError, SubSide, quantise_instantly};
 use solve::components::connected_components;
+
+pub(crate) use paint::{Contrast, spread};
 
 /// Rounds of the search for the edge length.
 const SEARCH_ROUNDS: usize = 14;
@@ -115,52 +117,17 @@ struct Sides<'a> {
     bound: Vec<bool>,
 }
 
-/// Relative edge lengths at the vertices of the surface from those at its first vertices; the others take the mean of
-/// their neighbours.
-pub(crate) fn spread(base: &Base, given: &[f64]) -> Result<Vec<f64>, LayoutError> {
-    if given.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
-        return Err(LayoutError::BadOption { option: "density", expected: "positive and finite at every vertex" });
-    }
-    let mut size = vec![0.0; base.surface.positions.len()];
-    if given.is_empty() {
-        size.fill(1.0);
-        return Ok(size);
-    }
-    if given.len() > size.len() {
-        return Err(LayoutError::BadOption { option: "density", expected: "one value for each input vertex" });
-    }
-    size[..given.len()].copy_from_slice(given);
-    // A vertex added by a cut has input vertices near it: few rounds are needed.
-    loop {
-        let mut sums = vec![(0.0, 0); size.len()];
-        for t in &base.surface.triangles {
-            for k in 0..3 {
-                let (v, w) = (t[k] as usize, t[(k + 1) % 3] as usize);
-                for (v, w) in [(v, w), (w, v)] {
-                    if size[v] == 0.0 && size[w] > 0.0 {
-                        sums[v] = (sums[v].0 + size[w], sums[v].1 + 1);
-                    }
-                }
-            }
-        }
-        let mut changed = false;
-        for (size, (sum, count)) in size.iter_mut().zip(sums).filter(|(_, (_, count))| *count > 0) {
-            *size = sum / f64::from(count);
-            changed = true;
-        }
-        if !changed {
-            break;
-        }
-    }
-    // Vertices of no triangle.
-    size.iter_mut().filter(|s| **s == 0.0).for_each(|s| *s = 1.0);
-    Ok(size)
-}
-
-/// Counts for all base edges that give the number of quads wanted; see [`count_for`]. Bends are followed as far as that allows.
-pub(crate) fn count(plan: Plan<'_>, wanted: Size, irregularity: f64, monitor: &Monitor) -> Result<Counts, LayoutError> {
-    let (mut found, mut made) = count_for(plan, wanted, irregularity, SHORTEST, monitor)?;
-    for shortest in LESS_SHORT {
+/// Counts for all base edges that give the number of quads wanted; see [`count_for`]. Bends are followed as far as that allows, with
+/// edges not shorter than `shortest`, in mean edge lengths.
+pub(crate) fn count(
+    plan: Plan<'_>,
+    wanted: Size,
+    irregularity: f64,
+    shortest: f64,
+    monitor: &Monitor,
+) -> Result<Counts, LayoutError> {
+    let (mut found, mut made) = count_for(plan, wanted, irregularity, shortest, monitor)?;
+    for shortest in LESS_SHORT.into_iter().filter(|less| *less > shortest) {
         match wanted {
             Size::TargetFaces(faces)
                 if made > (1.0 + MOST_MISS) * faces as f64
@@ -236,6 +203,14 @@ fn count_for(
     }
     let of_edge = (0..base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
     Ok((Counts { of_edge, edge_length }, faces))
+}
+
+/// Counts that the coarsest layout could have, whatever the lengths: two quads along each piece of a chord, so that no two of its
+/// edges join the same vertices.
+pub(crate) fn coarsest(plan: Plan<'_>) -> Vec<u32> {
+    let sides = Sides::new(plan, &Fixed::default(), 1.0, f64::INFINITY, f64::INFINITY);
+    let counts = vec![2; sides.ideals.len()];
+    (0..plan.base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect()
 }
 
 /// Counts for the base edges round the patches of a plan that are only a part of the layout: those that edges have already where

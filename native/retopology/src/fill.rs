@@ -13,8 +13,7 @@ use crate::measures::Measures;
 use crate::patch::{Patch, Plan};
 use crate::rails::Rails;
 use crate::templates::TemplateError;
-use mesh::DVec3;
-use mesh::Monitor;
+use mesh::{DVec3, Monitor, PolygonMesh};
 use quadrangulate::{DiskSurface, Filler, PatchTopology, PlaceError, place};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -146,6 +145,32 @@ pub(crate) fn topologies(plan: Plan<'_>, counts: &[u32], monitor: &Monitor) -> R
         all.push(filler.fill(&sides).map_err(|source| LayoutError::Fill { patch: index, source })?);
     }
     Ok(all)
+}
+
+/// The filled patches as a mesh without places: all its vertices are at the origin. `None` where an edge would have three quads.
+pub(crate) fn joined(plan: Plan<'_>, counts: &[u32], topologies: &[PatchTopology]) -> Option<PolygonMesh> {
+    let Plan { base, patches, .. } = plan;
+    let mut filled = Filled::default();
+    let mut vertices = base.vertices.len() as u32;
+    for (edge, &count) in base.edges.iter().zip(counts) {
+        let mut along = vec![];
+        if count > 0 {
+            along.push(edge.ends[0]);
+            along.extend(vertices..vertices + count - 1);
+            along.push(edge.ends[1]);
+            vertices += count - 1;
+        }
+        filled.along.push(along);
+    }
+    for (patch, topology) in patches.iter().zip(topologies) {
+        let mut names = border(base, &filled, patch);
+        let inner =
+            topology.quads.iter().flatten().max().map_or(0, |&last| (last + 1).saturating_sub(names.len() as u32));
+        names.extend(vertices..vertices + inner);
+        vertices += inner;
+        filled.quads.extend(topology.quads.iter().map(|quad| quad.map(|v| names[v as usize])));
+    }
+    PolygonMesh::from_polygons(vec![DVec3::ZERO; vertices as usize], &filled.quads).ok()
 }
 
 /// Quads along the sides of a patch.

@@ -6,7 +6,7 @@
 //! The last resort ([`crate::mend`]) changes quads for good, so that what is kept is from before it.
 
 use crate::base::Base;
-use crate::density::Counts;
+use crate::density::{Contrast, Counts};
 use crate::fill::{Filled, Place};
 use crate::patch::Patch;
 use crate::rails::Rails;
@@ -30,6 +30,7 @@ pub(crate) struct Kept {
     /// Quads along each base edge.
     pub counts: Vec<u32>,
     pub edge_length: f64,
+    pub contrast: Contrast,
     pub filled: Filled,
 }
 
@@ -46,6 +47,7 @@ pub(crate) struct Carried {
     /// Counts of the base edges along their sides; empty when there are none.
     pub counts: Vec<Option<u32>>,
     pub edge_length: f64,
+    pub contrast: Contrast,
     /// Vertices inside those edges, and at their ends.
     along: BTreeMap<u32, Vec<Vertex>>,
     corners: BTreeMap<u32, Vertex>,
@@ -63,8 +65,12 @@ impl Kept {
                 inner[*patch as usize].push(vertex(v));
             }
         }
-        let mut carried =
-            Carried { counts: vec![None; base.edges.len()], edge_length: self.edge_length, ..Carried::default() };
+        let mut carried = Carried {
+            counts: vec![None; base.edges.len()],
+            edge_length: self.edge_length,
+            contrast: self.contrast,
+            ..Carried::default()
+        };
         for (p, patch) in self.patches.iter().enumerate().filter(|(_, patch)| stays(patch)) {
             let renamed = |t: u32| new[t as usize].map_or(NONE, |t| t as u32);
             for &h in &patch.border {

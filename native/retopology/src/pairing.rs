@@ -16,6 +16,7 @@ use crate::error::LayoutError;
 use crate::measures::{Measures, Sector};
 use crate::patch::{Patch, Rim};
 use mesh::{Monitor, NONE};
+use rayon::prelude::*;
 use solve::matching::{maximum_matching, weight_spread_limit};
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -50,8 +51,6 @@ impl Pairing {
 
 /// Corners of a patch blunter than this may count as straight: 120 degrees.
 const BLUNT: f64 = PI * 2.0 / 3.0;
-/// Weight of sides other than four in the coarsest layout: from the middles of such patches lines run over the whole mesh.
-const OFF_FOUR_WHEN_COARSE: f64 = 4.0;
 /// Weight of the corner angles' squared deviation from the right angle, in irregular vertices for each right angle squared.
 const ANGLE_WEIGHT: f64 = 0.6;
 /// Weight of a fold between merged triangles, in irregular vertices.
@@ -73,6 +72,8 @@ pub(crate) struct Given<'a> {
     pub kept: &'a [Patch],
     /// Without, every side is one base edge.
     pub straight_corners: bool,
+    /// Weight of sides other than four, in irregular vertices.
+    pub off_four: f64,
 }
 
 impl Given<'_> {
@@ -92,6 +93,18 @@ pub(crate) fn pair(
     given: Given<'_>,
     monitor: &Monitor,
 ) -> Result<Vec<Patch>, LayoutError> {
+    Ok(pair_often(base, measures, pairing, given, 1, monitor)?.swap_remove(0))
+}
+
+/// As [`pair`], as many times as `runs` says, each time otherwise; the matching has but one way.
+pub(crate) fn pair_often(
+    base: &Base,
+    measures: &Measures,
+    pairing: Pairing,
+    given: Given<'_>,
+    runs: u64,
+    monitor: &Monitor,
+) -> Result<Vec<Vec<Patch>>, LayoutError> {
     match pairing {
         Pairing::Matching { lambda, mu } => {
             if !(lambda > 0.0 && lambda.is_finite()) {
@@ -100,18 +113,19 @@ pub(crate) fn pair(
             if !(0.0..=1.0).contains(&mu) {
                 return Err(LayoutError::BadOption { option: "mu", expected: "from 0 to 1" });
             }
-            matching(base, measures, [lambda, mu], given, monitor)
+            Ok(vec![matching(base, measures, [lambda, mu], given, monitor)?])
         }
         Pairing::Programme { most_triangles } => {
             if !(2..=3).contains(&most_triangles) {
                 return Err(LayoutError::BadOption { option: "most_triangles", expected: "2 or 3" });
             }
-            let mut problem = Problem::new(base, measures, most_triangles, given, monitor)?;
-            let taken = problem.solve(monitor)?;
-            // The choices after the candidates are the patches that are there already.
-            let count = problem.patches.len();
-            let taken = taken.into_iter().map(|c| c as usize).filter(|&c| c < count);
-            Ok(taken.map(|c| std::mem::take(&mut problem.patches[c])).collect())
+            let problem = Problem::new(base, measures, most_triangles, given, monitor)?;
+            let all = (0..runs).into_par_iter().map(|run| {
+                let taken = problem.solve(run, monitor)?;
+                // The choices after the candidates are the patches that are there already.
+                Ok(taken.into_iter().filter_map(|c| problem.patches.get(c as usize).cloned()).collect())
+            });
+            all.collect()
         }
     }
 }
@@ -193,7 +207,7 @@ fn candidates(
     given: Given<'_>,
     monitor: &Monitor,
 ) -> Result<Vec<(Patch, Choice)>, LayoutError> {
-    let Given { forced, straight_corners, .. } = given;
+    let Given { forced, straight_corners, off_four, .. } = given;
     let bare = given.is_bare(base);
     let mut groups: BTreeSet<(usize, Vec<u32>)> =
         (0..base.triangles.len() as u32).filter(|&t| bare[t as usize]).map(|t| (1, vec![t])).collect();
@@ -216,7 +230,6 @@ fn candidates(
         last = grown.into_iter().collect();
         groups.extend(last.iter().map(|group| (size, group.clone())));
     }
-    let off_four = if straight_corners { 1.0 } else { OFF_FOUR_WHEN_COARSE };
     let mut found = Vec::new();
     for (_, group) in &groups {
         if !allowed(group, forced) {
@@ -352,8 +365,8 @@ impl Problem {
         Ok(Self { patches, choices, goals, neighbours, bare, start })
     }
 
-    fn solve(&self, monitor: &Monitor) -> Result<Vec<u32>, LayoutError> {
-        Ok(anneal::choose(&self.choices, &self.bare, &self.neighbours, &self.goals, &self.start, monitor)?)
+    fn solve(&self, run: u64, monitor: &Monitor) -> Result<Vec<u32>, LayoutError> {
+        Ok(anneal::choose(&self.choices, &self.bare, &self.neighbours, &self.goals, &self.start, run, monitor)?)
     }
 }
 
@@ -363,7 +376,7 @@ mod tests {
     use crate::test_bases::{all, base, octahedron, tetrahedron};
     use mesh::DVec3;
 
-    const ANYTHING: Given<'static> = Given { forced: &[], kept: &[], straight_corners: true };
+    const ANYTHING: Given<'static> = Given { forced: &[], kept: &[], straight_corners: true, off_four: 1.0 };
 
     /// The least cost of a pick, by trying all: squared misses of the sectors and what the patches cost.
     fn least(choices: &[Choice], goals: &[Goal], taken: &mut Vec<usize>, bare: &mut [bool]) -> f64 {
@@ -411,7 +424,7 @@ mod tests {
         ] {
             let measures = Measures::new(&base).unwrap();
             let problem = Problem::new(&base, &measures, most, ANYTHING, &Monitor::new()).unwrap();
-            let taken = problem.solve(&Monitor::new()).unwrap();
+            let taken = problem.solve(0, &Monitor::new()).unwrap();
             let count = base.triangles.len();
             let found = anneal::cost(&problem.choices, count, &problem.goals, &taken);
             let best = least(&problem.choices, &problem.goals, &mut vec![], &mut vec![true; count]);

@@ -108,12 +108,11 @@ impl Workpiece {
     ) -> Result<Self, RetopologizeError> {
         let layout = unit_layout(&options.layout, &input, placement);
         let final_edge = edge_length(&input, &layout)?;
-        // Where the quads are smallest.
-        let smallest = layout.density.iter().copied().reduce(f64::min).unwrap_or(1.0);
         let given = options.base.final_edge.map(|length| length / placement.scale);
         let base_options = BaseOptions {
             detect: None,
-            final_edge: Some(given.unwrap_or(final_edge * smallest)),
+            final_edge: Some(given.unwrap_or(final_edge)),
+            density: layout.density.clone(),
             ..options.base.clone()
         };
         let tries = if layout.irregularity.is_infinite() { coarse::tries(&base_options) } else { vec![base_options] };
@@ -459,7 +458,12 @@ pub(crate) fn warnings(report: &Report) -> Vec<String> {
     if let Some(target) = report.target
         && (report.faces as f64 / target as f64 - 1.0).abs() > NEAR_TARGET
     {
-        said.push(format!("{} quads instead of {target}: the features need so many", report.faces));
+        let why = if report.faces > target {
+            "the features need so many"
+        } else {
+            "rows of quads that run over much of the surface leave no number in between"
+        };
+        said.push(format!("{} quads instead of {target}: {why}", report.faces));
     }
     if report.edges_dropped > 0 {
         let edges = if report.edges_dropped == 1 { "1 edge" } else { &format!("{} edges", report.edges_dropped) };

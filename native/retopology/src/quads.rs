@@ -2,8 +2,9 @@
 
 use crate::base::Base;
 use crate::build::edge_for_faces;
+use crate::coarse;
 use crate::curvature;
-use crate::density::{self, Size};
+use crate::density::{self, Contrast, Size};
 use crate::error::LayoutError;
 use crate::fill::{self, Filled, Place};
 use crate::keep::{Carried, Kept};
@@ -174,7 +175,14 @@ pub(crate) fn quads_after(
     if base.triangles.is_empty() {
         return Err(LayoutError::BadBase { element: "triangle", index: 0, reason: "there are none" });
     }
-    let mut size = density::spread(base, &options.density)?;
+    if options.density.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
+        return Err(LayoutError::BadOption { option: "density", expected: "positive and finite at every vertex" });
+    }
+    if options.density.len() > base.surface.positions.len() {
+        return Err(LayoutError::BadOption { option: "density", expected: "one value for each input vertex" });
+    }
+    let painted = density::spread(&base.surface, &options.density);
+    let mut size = painted.clone();
     let [least, most] = [f64::min, f64::max].map(|pick| size.iter().copied().reduce(pick).unwrap_or(1.0));
     let irregularity = options.irregularity * (least / most).powi(2);
     let diagonal = base.surface.to_polygons().diagonal();
@@ -196,9 +204,13 @@ pub(crate) fn quads_after(
     let straight_corners = options.irregularity.is_finite();
     let last = last.filter(|_| templates.is_empty() && straight_corners);
     let carried = last.map_or_else(Carried::default, |last| last.carry(base, names));
-    let given = Given { forced: &forced, kept: &carried.patches, straight_corners };
+    let given = Given { forced: &forced, kept: &carried.patches, straight_corners, off_four: 1.0 };
     let mut patches = carried.patches.clone();
-    patches.extend(pair(base, measures, options.pairing, given, monitor)?);
+    if straight_corners || !templates.is_empty() {
+        patches.extend(pair(base, measures, options.pairing, given, monitor)?);
+    } else {
+        patches = coarse::pair(base, measures, options.pairing, [&size, &plain], monitor)?;
+    }
     for patch in &mut patches {
         if let Some(index) = forced.iter().position(|pair| patch.triangles == *pair) {
             *patch = templates[index].orient(base, std::mem::take(patch), index);
@@ -214,6 +226,23 @@ pub(crate) fn quads_after(
     let target = if let Size::TargetFaces(faces) = options.size { Some(faces as f64) } else { None };
     let rails = Rails::new(base, measures, &options.fixed);
     let mut least = vec![1; base.edges.len()];
+    // Sizes are wanted as they were before, where quads stay.
+    let contrast = if first > 0 {
+        carried.contrast
+    } else {
+        let plan = Plan {
+            base,
+            measures,
+            patches: &patches,
+            templates: &templates,
+            size: &size,
+            plain: &plain,
+            least: &least,
+        };
+        Contrast::new(plan, &painted, options.size, irregularity, monitor)?
+    };
+    // What lies inside patches follows the sizes as painted.
+    let counted = contrast.sizes(&size, &painted);
     let (mut counts, mut topologies, mut filled);
     let mut round = 0;
     loop {
@@ -230,9 +259,21 @@ pub(crate) fn quads_after(
         let found = if first > 0 {
             let given = [carried.edge_length, irregularity];
             let wanted = target.map(|target| target - carried.faces() as f64);
-            carried.completed(density::count_beside(new, &carried.counts, given, wanted, monitor)?)
+            carried.completed(density::count_beside(
+                Plan { size: &counted, ..new },
+                &carried.counts,
+                given,
+                wanted,
+                monitor,
+            )?)
         } else {
-            Some(density::count(plan, options.size, irregularity, monitor)?)
+            Some(density::count(
+                Plan { size: &counted, ..plan },
+                options.size,
+                irregularity,
+                contrast.shortest,
+                monitor,
+            )?)
         };
         clock.stop("density");
         monitor.stage("fill", 0.4)?;
@@ -280,7 +321,7 @@ pub(crate) fn quads_after(
         rounds: if first > 0 { options.rounds / 2 } else { options.rounds },
     };
     work.relax(&carried.movable(&work.filled), &wanted, &smooth, monitor)?;
-    let kept = work.kept(names, &topologies, &patches, &counts);
+    let kept = work.kept(names, &topologies, &patches, &counts, contrast);
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
     if refills {

@@ -28,7 +28,7 @@ pub struct Session {
     topology: Topology,
     features: Features,
     options: BaseOptions,
-    /// Base edge length far from features, scene units.
+    /// Base edge length far from features where the density is 1, scene units.
     even: f64,
     base: Base,
     /// Of the base's surface.
@@ -70,7 +70,7 @@ impl Session {
             let (working, _) = input::normalised(&mesh);
             features.edges.extend(detect::sharp_edges(&working, &topology, &features.edges, &detection)?);
         }
-        let even = even_length(&mesh, options.vertices);
+        let even = even_length(&mesh, &options.density, options.vertices);
         let (base, network) = (Base::default(), Network::default());
         let surface = Topology::of_triangles(&base.surface);
         let mut session = Self {
@@ -150,7 +150,7 @@ impl Session {
     /// # Errors
     /// As [`build_base`]; after an error nothing has changed.
     pub fn set_features(&mut self, features: &Features, monitor: &Monitor) -> Result<EditReport, RetopologyError> {
-        let least = self.options.least_feature * self.options.final_edge.unwrap_or(0.0);
+        let least = self.options.least_feature * self.options.final_edge.unwrap_or(0.0) * self.options.smallest();
         let network = network(&self.mesh, &self.topology, features, self.options.corner_angle, least)?;
         let edges =
             |features: &Features| -> BTreeSet<[u32; 2]> { features.edges.iter().map(|&[a, b]| sorted(a, b)).collect() };

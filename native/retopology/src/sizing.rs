@@ -3,7 +3,8 @@
 //! Not in Daniels et al. 2011, where the artist places every site. The wanted length is even but for three things: near
 //! curves that run close to one another it is some multiple of their distance, so that base triangles between them do not
 //! become needles; on curves that turn it is no more than a given turn takes; and it grows from there no faster than a given
-//! slope. It never falls below a few edges of the quads to come, where these are known.
+//! slope. It never falls below a few edges of the quads to come, where these are known. Where sizes are painted it follows them in
+//! part: a base edge shorter than the quads that are wanted there would force smaller ones.
 
 use crate::base_error::RetopologyError;
 use crate::breakpoints::{Course, faces};
@@ -24,13 +25,16 @@ const RESOLUTION: f64 = 0.3;
 pub struct Sizing {
     /// At each vertex.
     pub wanted: Vec<f64>,
-    /// Far from all features.
-    even: f64,
+    /// Far from all features, at each vertex.
+    even: Vec<f64>,
     /// How fast they grow.
     gradation: f64,
 }
 
-/// Bounds of base edge lengths.
+/// Base edges are longer than others by this power of how much longer the quads shall be.
+const FOLLOWS_DENSITY: f64 = 0.3;
+
+/// Bounds of base edge lengths where the density is 1.
 #[derive(Debug, Clone, Copy)]
 pub struct Lengths {
     /// Far from all features.
@@ -39,22 +43,31 @@ pub struct Lengths {
     pub least: f64,
 }
 
-/// The edge of an equilateral triangulation of a surface with this many vertices.
-pub fn even_length(mesh: &TriangleMesh, vertices: u32) -> f64 {
-    let area: f64 = (0..mesh.triangles.len()).map(|t| 0.5 * mesh.area_normal(t).length()).sum();
+/// The edge, where the density is 1, of a triangulation of a surface with this many vertices that is even but for `density`, a
+/// relative edge length of the quads at each vertex; empty for 1.
+pub fn even_length(mesh: &TriangleMesh, density: &[f64], vertices: u32) -> f64 {
+    let size = |t: &[u32; 3]| t.iter().map(|&v| longer(density, v)).sum::<f64>() / 3.0;
+    let area: f64 =
+        (0..).zip(&mesh.triangles).map(|(t, corners)| 0.5 * mesh.area_normal(t).length() / size(corners).powi(2)).sum();
     (2.0 * area / (3.0_f64.sqrt() * f64::from(vertices))).sqrt()
+}
+
+/// How many times as long as elsewhere base edges are at a vertex.
+fn longer(density: &[f64], v: u32) -> f64 {
+    density.get(v as usize).map_or(1.0, |size| size.powf(FOLLOWS_DENSITY))
 }
 
 /// Finds the wanted base edge lengths. O(n log n).
 pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions, lengths: Lengths) -> Sizing {
     let metric = Metric::new(mesh);
     let n = mesh.positions.len();
-    let least = lengths.least;
-    let even = lengths.even.max(least);
+    let least = |v: u32| lengths.least * options.density.get(v as usize).copied().unwrap_or(1.0);
+    let even: Vec<f64> = (0..n as u32).map(|v| (lengths.even * longer(&options.density, v)).max(least(v))).collect();
+    let longest = even.iter().copied().fold(0.0, f64::max);
     let mut limits = BTreeMap::<u32, f64>::new();
     let mut limit = |v: u32, length: f64| {
         let limit = limits.entry(v).or_insert(f64::INFINITY);
-        *limit = limit.min(length.max(least));
+        *limit = limit.min(length.max(least(v)));
     };
     for facing in faces(mesh, &metric, network) {
         for v in facing.ends {
@@ -62,12 +75,12 @@ pub fn wanted_lengths(mesh: &SplitMesh, network: &Network, options: &BaseOptions
         }
     }
     for chain in network.chains.iter().filter(|chain| !chain.whole) {
-        let course = Course::new(mesh, chain, even);
+        let course = Course::new(mesh, chain, longest);
         for (&v, longest) in course.walk.iter().zip(course.longest_pieces()) {
             limit(v, longest);
         }
     }
-    let mut wanted = vec![even; n];
+    let mut wanted = even.clone();
     let seeds: Vec<(u32, f64, u32)> = limits.into_iter().map(|(v, limit)| (v, limit, 0)).collect();
     metric.spread(&mut wanted, &mut vec![0; n], &seeds, options.gradation);
     Sizing { wanted, even, gradation: options.gradation }
@@ -124,7 +137,8 @@ pub fn refine(
         let m = mesh.split(h, 0.5);
         middles.insert([a, b], m);
         let from_ends = wanted[a as usize].min(wanted[b as usize]) + *gradation * length / 2.0;
-        wanted.push(from_ends.min(*even));
+        even.push(f64::midpoint(even[a as usize], even[b as usize]));
+        wanted.push(from_ends.min(even[m as usize]));
         let born: Vec<u32> = mesh.around(m).flat_map(|h| [h, crate::split_mesh::prev(h)]).collect();
         let mut ends: Vec<[u32; 2]> = born.iter().map(|&h| sorted(mesh.from(h), mesh.to(h))).collect();
         ends.sort_unstable();

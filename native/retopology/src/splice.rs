@@ -3,6 +3,7 @@
 use crate::base::{Base, BaseEdge};
 use crate::base_error::RetopologyError;
 use crate::build::{BaseOptions, Part, build_within};
+use crate::density;
 use crate::features::Features;
 use crate::half::come_apart;
 use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh, sorted};
@@ -84,7 +85,9 @@ pub(crate) fn rebuild(
     let features = Features { edges, vertices };
     // What hangs together outside may look like a crumb in here, and a base edge of the rim may turn at once where it is cut: the
     // corners are those of the whole, which are marked.
-    let options = BaseOptions { least_feature: 0.0, corner_angle: std::f64::consts::PI, ..options.clone() };
+    let density = density::spread(&base.surface, &options.density);
+    let density = piece.whole.iter().filter_map(|&v| density.get(v as usize).copied()).collect();
+    let options = BaseOptions { least_feature: 0.0, corner_angle: std::f64::consts::PI, density, ..options.clone() };
     let start = Part { source: &piece.source, fixed: piece.fixed, rim: &rim, even };
     let (built, number) = build_within(&piece.mesh, &features, &options, Some(&start), monitor)?;
     let mut own = vec![NONE; built.base.surface.positions.len()];

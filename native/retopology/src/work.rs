@@ -3,7 +3,7 @@
 //! What may move is taken out as a part, so that after an edit only that is worked on.
 
 use crate::base::Base;
-use crate::density::Counts;
+use crate::density::{Contrast, Counts};
 use crate::division;
 use crate::error::LayoutError;
 use crate::fill::{Filled, Place};
@@ -161,7 +161,14 @@ impl<'a> Work<'a> {
     }
 
     /// What the next edit of the base can keep.
-    pub fn kept(&self, names: &[u64], topologies: &[PatchTopology], patches: &[Patch], counts: &Counts) -> Kept {
+    pub fn kept(
+        &self,
+        names: &[u64],
+        topologies: &[PatchTopology],
+        patches: &[Patch],
+        counts: &Counts,
+        contrast: Contrast,
+    ) -> Kept {
         let mut filled = self.filled.clone();
         for (v, &place) in filled.places.iter().enumerate() {
             // Vertices at points that stuck out.
@@ -176,6 +183,7 @@ impl<'a> Work<'a> {
             topologies: topologies.to_vec(),
             counts: counts.of_edge.clone(),
             edge_length: counts.edge_length,
+            contrast,
             filled,
         }
     }

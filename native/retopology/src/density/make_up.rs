@@ -5,8 +5,10 @@ use crate::error::LayoutError;
 use mesh::{Monitor, NONE};
 use quadrangulate::Filler;
 
-/// Changes of single pieces to make up the rest, and the most pieces that are changed in pairs then.
-const MOST_CHANGES: usize = 40;
+/// Changes of single pieces to make up the rest: many, for few quads may be spread over many places. Then changes in pairs, and the
+/// most pieces that are changed so.
+const MOST_CHANGES: usize = 400;
+const MOST_PAIRS: usize = 40;
 const MOST_PAIRED: usize = 80;
 impl Sides<'_> {
     /// Changes single pieces, those first that are best changed, until no change brings the quads nearer to the target.
@@ -93,7 +95,7 @@ impl Sides<'_> {
             (f64::from(n) / wanted.count(h)).ln().powi(2) * wanted.area / (h * h)
         };
         let mut faces = self.faces(counts, filler)?;
-        for _ in 0..MOST_CHANGES {
+        for _ in 0..MOST_PAIRS {
             if (faces / target - 1.0).abs() < CLOSE_ENOUGH {
                 break;
             }
