@@ -15,7 +15,7 @@ use crate::quads::SourcePoint;
 use crate::rails::Rails;
 use crate::reach;
 use crate::surfaces::{Chart, Ground};
-use mesh::{Monitor, NONE};
+use mesh::{DVec3, Monitor, NONE};
 use quadrangulate::PatchTopology;
 use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
 use surface::smooth::{Constraint, SmoothOptions};
@@ -94,9 +94,22 @@ impl<'a> Work<'a> {
     ) -> Result<(), LayoutError> {
         let (mut part, names) = self.part(movable);
         let lengths = part.lengths(wanted);
-        // The maps reach every tip, the pull slips off: so before it too.
-        let mut reached = part.reach(wanted, monitor)?;
+        // The maps reach every tip, but the pull may slip off it row by row: from where it started, then, with what was
+        // nearest to the tip held there.
+        let start = part.filled.positions.clone();
+        let mut reached = Vec::new();
         part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
+        for _ in 0..if wanted.rounds > 0 { REACHING_ROUNDS } else { 0 } {
+            let missed = part.missed(wanted, monitor)?;
+            let ended = std::mem::replace(&mut part.filled.positions, start.clone());
+            let held = part.hold(&missed, wanted);
+            if held.is_empty() {
+                part.filled.positions = ended;
+                break;
+            }
+            reached.extend(held);
+            part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
+        }
         if wanted.rounds > 0 {
             self.take_back(&part, &names, movable);
             let (held, moved) = self.settle(wanted.rail_edge, movable);
@@ -113,7 +126,8 @@ impl<'a> Work<'a> {
             if part.release(&reached) > 0 {
                 part.optimise(&lengths, 0, smooth, monitor)?;
             }
-            reached = part.reach(wanted, monitor)?;
+            let missed = part.missed(wanted, monitor)?;
+            reached = part.hold(&missed, wanted);
             if reached.is_empty() {
                 break;
             }
@@ -211,7 +225,7 @@ impl<'a> Work<'a> {
                 }
                 along.extend(&own[usize::from(!along.is_empty())..]);
             }
-            let places: Vec<mesh::DVec3> = along.iter().map(|&v| self.filled.positions[v as usize]).collect();
+            let places: Vec<DVec3> = along.iter().map(|&v| self.filled.positions[v as usize]).collect();
             let stays = |&v: &u32| !movable[v as usize] || self.constraints[v as usize] == Constraint::Fixed;
             let stays: Vec<bool> = along.iter().map(stays).collect();
             if stays.iter().all(|stays| *stays) {
@@ -231,32 +245,35 @@ impl<'a> Work<'a> {
         (held, moved)
     }
 
-    /// Moves free vertices to the points of the surface that stick out of the quads, and fixes them there: see
-    /// [`reach::missed`]. Returns them.
-    fn reach(&mut self, wanted: &Wanted<'_>, monitor: &Monitor) -> Result<Vec<usize>, LayoutError> {
-        let &Wanted { chart_of, are_new, error, edge_length: spacing, .. } = wanted;
-        let (positions, quads) = (&self.filled.positions, &self.filled.quads);
+    /// Points of the surface that stick out of the quads: see [`reach::missed`].
+    fn missed(&self, wanted: &Wanted<'_>, monitor: &Monitor) -> Result<Vec<(DVec3, u32)>, LayoutError> {
+        let &Wanted { are_new, error, edge_length: spacing, .. } = wanted;
         let on_rail = |e: usize| self.rails.of_edge[e].is_some();
-        let missed = reach::missed(self.base, are_new, &on_rail, positions, quads, [error, spacing], monitor)?;
-        let mut chart = vec![NONE; positions.len()];
-        for (quad, &c) in quads.iter().zip(&self.chart_of_quad) {
+        let Filled { positions, quads, .. } = &self.filled;
+        Ok(reach::missed(self.base, are_new, &on_rail, positions, quads, [error, spacing], monitor)?)
+    }
+
+    /// Moves the free vertices nearest to points of the surface there, and fixes them. Returns them.
+    fn hold(&mut self, points: &[(DVec3, u32)], wanted: &Wanted<'_>) -> Vec<usize> {
+        let mut chart = vec![NONE; self.filled.positions.len()];
+        for (quad, &c) in self.filled.quads.iter().zip(&self.chart_of_quad) {
             for &v in quad {
                 chart[v as usize] = c;
             }
         }
         let mut moved = Vec::new();
-        for (point, triangle) in missed {
-            let own = chart_of[self.base.owner[triangle as usize] as usize];
+        for &(point, triangle) in points {
+            let own = wanted.chart_of[self.base.owner[triangle as usize] as usize];
             let free = (0..chart.len()).filter(|&v| chart[v] == own && self.constraints[v] == Constraint::Free);
             let far = |v: usize| self.filled.positions[v].distance(point);
             let nearest = free.min_by(|&a, &b| far(a).total_cmp(&far(b)));
-            if let Some(nearest) = nearest.filter(|&v| far(v) < MOST_REACH * spacing) {
+            if let Some(nearest) = nearest.filter(|&v| far(v) < MOST_REACH * wanted.edge_length) {
                 self.filled.positions[nearest] = point;
                 self.constraints[nearest] = Constraint::Fixed;
                 moved.push(nearest);
             }
         }
-        Ok(moved)
+        moved
     }
 
     /// Vertices that are held although their place on the base lets them slide or move.
