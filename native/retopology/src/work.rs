@@ -23,6 +23,8 @@ use surface::smooth_star::Reference;
 
 /// Times that points which stick out are looked for.
 const REACHING_ROUNDS: usize = 2;
+/// Times that the pull starts over with what it slipped off held, at most.
+const RETURNS: usize = 3;
 /// They are left again where that takes quads of less than this quality.
 const WORST_REACHED: f64 = 0.15;
 /// Vertices of a rail that are put back by less, in edge lengths, leave all others where they are.
@@ -99,7 +101,7 @@ impl<'a> Work<'a> {
         let start = part.filled.positions.clone();
         let mut reached = Vec::new();
         part.optimise(&lengths, wanted.rounds, smooth, monitor)?;
-        for _ in 0..if wanted.rounds > 0 { REACHING_ROUNDS } else { 0 } {
+        for _ in 0..if wanted.rounds > 0 { RETURNS } else { 0 } {
             let missed = part.missed(wanted, monitor)?;
             let ended = std::mem::replace(&mut part.filled.positions, start.clone());
             let held = part.hold(&missed, wanted);
