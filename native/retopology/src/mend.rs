@@ -22,8 +22,10 @@ const RINGS: usize = 3;
 const MOST_LOST: f64 = 1.5;
 /// Places mended at most, and those tried in vain one after another before the rest is left: a surface without room for
 /// its quads has bad ones everywhere.
-const MOST_PLACES: usize = 24;
-const MOST_IN_VAIN: usize = 5;
+const MOST_PLACES: usize = 60;
+const MOST_IN_VAIN: usize = 12;
+/// States that the search looks at in one place. More are no better: many places, each looked at briefly, mend more in less time.
+const BUDGET: usize = 250;
 
 /// [`quality`] of each quad.
 pub(crate) fn qualities(patch: &QuadPatch, surfaces: &[&dyn Reference]) -> Vec<f64> {
@@ -79,7 +81,7 @@ pub(crate) fn mend(
         let outside: Vec<u32> = names.iter().map(|v| region.outside[v]).collect();
         let own_setting = Setting { features: &inner, outside: &outside, ..*setting };
         let options =
-            ImproveOptions { depth: 3, passes: 2, budget: 1500, smooth: *smooth, ..ImproveOptions::default() };
+            ImproveOptions { depth: 3, passes: 2, budget: BUDGET, smooth: *smooth, ..ImproveOptions::default() };
         let better = match improve(own, &own_setting, &options, monitor) {
             Ok(better) => better,
             Err(ImproveError::Cancelled(cancelled)) => return Err(cancelled.into()),
