@@ -349,8 +349,9 @@ class RetopologySession:
 
     It is made with the arguments of `retopologize`, and costs the time to the base triangulation. Only `improve` is False
     by default: it goes over the whole mesh, at the end of editing say. An edit makes anew only the base triangles about
-    what changes, where that is possible, and the next quads only those on and beside them: the result then depends on the order of edits (the report's "base_triangles_edited" is not None, "patches_kept" is not 0),
-    but keeps every promise. After an error nothing has changed."""
+    what changes, where that is possible, and the next quads only those on and beside them: the result then depends on the
+    order of edits (the report's "base_triangles_edited" is not None, "patches_kept" is not 0), but keeps every promise.
+    After an error nothing has changed."""
 
     def __new__(
         cls,

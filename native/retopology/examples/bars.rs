@@ -1,7 +1,7 @@
 //! A row for each OBJ file: what the acceptance bars of feature retopology measure.
 //!
 //! `cargo run -p quadloom-retopology --example bars -- [--faces N] [--plain] [--detect] [--coarse] [--irregularity X]
-//! [--vertices N] [--aspect X] [--least-quads X] [--paint R] [--as-laid] [--out FOLDER] FILE.obj...`
+//! [--rounds N] [--vertices N] [--aspect X] [--least-quads X] [--paint R] [--as-laid] [--out FOLDER] FILE.obj...`
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`; `--detect` adds those found. `--paint R`
 //! wants edges R times as long in the left third as in the right one, and prints what was made of it. `--coarse` asks for the
@@ -31,6 +31,7 @@ fn main() -> Result<(), Failure> {
             "--vertices" => options.base.vertices = value()?.parse()?,
             "--aspect" => options.base.aspect = value()?.parse()?,
             "--least-quads" => options.base.least_quads = value()?.parse()?,
+            "--rounds" => options.layout.rounds = value()?.parse()?,
             "--irregularity" => options.layout.irregularity = value()?.parse()?,
             "--paint" => paint = value()?.parse()?,
             "--coarse" => options.layout.irregularity = f64::INFINITY,

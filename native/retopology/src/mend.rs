@@ -5,9 +5,10 @@
 //! [`quadrangulate::improve`] with their border fixed, and its result is kept when the worst quad got better.
 
 use crate::error::LayoutError;
-use mesh::{DVec3, Monitor, NONE};
+use mesh::{DVec3, Monitor, NONE, TriangleMesh, split_quad};
 use quadrangulate::improve::{ImproveError, ImproveOptions, QuadPatch, Setting, improve};
 use std::collections::{BTreeMap, BTreeSet};
+use surface::closest::ClosestPoint;
 use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::{Reference, quad_quality};
 
@@ -17,10 +18,14 @@ pub(crate) const SOUND: f64 = 0.25;
 pub(crate) const INVERTED: f64 = 0.0;
 /// Rings of quads round a bad one that may change.
 const RINGS: usize = 3;
+/// No vertex of what is replaced may end up farther from what replaces it than this, in edge lengths.
+const MOST_LOST: f64 = 1.5;
 /// Places mended at most, and those tried in vain one after another before the rest is left: a surface without room for
 /// its quads has bad ones everywhere.
-const MOST_PLACES: usize = 24;
-const MOST_IN_VAIN: usize = 5;
+const MOST_PLACES: usize = 60;
+const MOST_IN_VAIN: usize = 12;
+/// States that the search looks at in one place. More are no better: many places, each looked at briefly, mend more in less time.
+const BUDGET: usize = 250;
 
 /// [`quality`] of each quad.
 pub(crate) fn qualities(patch: &QuadPatch, surfaces: &[&dyn Reference]) -> Vec<f64> {
@@ -69,13 +74,14 @@ pub(crate) fn mend(
         tried[worst] = true;
         let region = Region::around(&patch, worst);
         let (own, names) = region.patch(&patch);
+        let own_places = own.positions.clone();
         let local = |v: u32| names.binary_search(&v).map_or(NONE, |i| i as u32);
         let inner: Vec<[u32; 2]> = region.sides.keys().filter(|side| features.contains(*side)).copied().collect();
         let inner: Vec<[u32; 2]> = inner.into_iter().map(|side| side.map(local)).collect();
         let outside: Vec<u32> = names.iter().map(|v| region.outside[v]).collect();
         let own_setting = Setting { features: &inner, outside: &outside, ..*setting };
         let options =
-            ImproveOptions { depth: 3, passes: 2, budget: 1500, smooth: *smooth, ..ImproveOptions::default() };
+            ImproveOptions { depth: 3, passes: 2, budget: BUDGET, smooth: *smooth, ..ImproveOptions::default() };
         let better = match improve(own, &own_setting, &options, monitor) {
             Ok(better) => better,
             Err(ImproveError::Cancelled(cancelled)) => return Err(cancelled.into()),
@@ -86,6 +92,10 @@ pub(crate) fn mend(
         let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
         let old = least(&mut region.quads.iter().map(|&q| quality_of[q]));
         if least(&mut found.iter().copied()) <= old + 1e-6 {
+            continue;
+        }
+        if lost(&own_places, &better.patch) > MOST_LOST {
+            // It made room by giving up a finger or a horn.
             continue;
         }
         let beyond = region.sides_beyond(&patch);
@@ -127,6 +137,17 @@ pub(crate) fn mend(
     }
     let (patch, source) = compact(patch, before);
     Ok(Mended { patch, source, places })
+}
+
+/// How far the farthest of some places is from quads, in mean lengths of their sides.
+fn lost(places: &[DVec3], quads: &QuadPatch) -> f64 {
+    let at = |v: u32| quads.positions[v as usize];
+    let halves = |quad: &[u32; 4]| split_quad(quad.map(at)).map(|half| half.map(|k| quad[k]));
+    let triangles: Vec<[u32; 3]> = quads.quads.iter().flat_map(halves).collect();
+    let closest = ClosestPoint::new(&TriangleMesh { positions: quads.positions.clone(), triangles });
+    let farthest = places.iter().map(|&p| closest.project(p).point.distance(p)).fold(0.0, f64::max);
+    let lengths = quads.quads.iter().flat_map(sides).map(|[v, w]| at(v).distance(at(w)));
+    farthest * 4.0 * quads.quads.len() as f64 / lengths.sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
 /// Sides that two of the quads share.

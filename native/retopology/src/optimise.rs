@@ -44,11 +44,13 @@ pub(crate) struct Shape<'a> {
     pub lengths: &'a [f64],
 }
 
-/// Moves `positions` in place. `rounds` of the rectangles' pull, about 5 ms each for 4,000 quads, then the barrier energy.
+/// Moves `positions` in place. `rounds` of the rectangles' pull, about 5 ms each for 4,000 quads, then the barrier energy `times` over,
+/// each time with the aspects that quads have by then.
 pub(crate) fn optimise(
     shape: &Shape<'_>,
     positions: &mut [DVec3],
     rounds: usize,
+    times: usize,
     smooth: &SmoothOptions,
     monitor: &Monitor,
 ) -> Result<SmoothReport, LayoutError> {
@@ -64,6 +66,9 @@ pub(crate) fn optimise(
         // The pull keeps quads valid that are, so that they must be made so first.
         smooth_quads(patch, positions, &SmoothOptions { sweeps: UNTANGLING_SWEEPS, ..*smooth }, monitor)?;
         square_up(shape, positions, rounds, monitor)?;
+    }
+    for _ in 1..times {
+        smooth_quads(patch, positions, &SmoothOptions { worst_sweeps: 0, ..*smooth }, monitor)?;
     }
     Ok(smooth_quads(patch, positions, smooth, monitor)?)
 }
