@@ -87,9 +87,10 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
     if let Some(graph) = &result.patch_graph {
         write!(
             remarks,
-            "; {} patches, {} sides, {} relengthened, {} with rhombi",
+            "; {} patches, {} sides, {} nodes halfway, {} relengthened, {} with rhombi",
             graph.patches.len(),
             graph.sides.len(),
+            result.halfway_nodes.len(),
             result.relengthened_patches.len(),
             result.patches_with_rhombi.len()
         )?;

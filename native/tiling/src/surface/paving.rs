@@ -9,7 +9,8 @@
 use super::choice::choose;
 use super::cone::{Filling, fill_cone};
 use super::courses::{Course, code, courses};
-use super::lengths::{Perimeter, Steps, Wishes, side_steps};
+use super::halves::{Halfway, Slide, Steps, rounded};
+use super::lengths::{Lengths, Perimeter, Wishes, side_lengths};
 use super::patch_graph::{Patch, PatchGraph};
 use super::{Fill, SurfaceError};
 use crate::plane::Point;
@@ -64,6 +65,10 @@ pub(super) struct Paving {
     /// Patches that got other lengths than the best because these had no tiling, and those that got rhombi.
     pub relengthened: Vec<u32>,
     pub with_rhombi: Vec<u32>,
+    /// Nodes in the middle of an edge, which go to its end.
+    pub slides: Vec<Slide>,
+    /// Error of the lengths of sides, in squared edges over their lengths, and what they cost besides.
+    pub cost: f64,
 }
 
 /// The tiles of one patch, with the vertices along a slit there twice.
@@ -84,6 +89,8 @@ struct Laid {
     steps: Vec<Steps>,
     courses: Vec<Course>,
     filled: Vec<Option<Filling>>,
+    /// Nodes in the middle of an edge.
+    slides: Vec<Slide>,
     /// Of the lengths.
     cost: f64,
 }
@@ -93,14 +100,18 @@ impl Laid {
         graph: &PatchGraph,
         edge_length: f64,
         wishes: &Wishes,
+        nodes: &[Halfway],
         fill: Fill,
         monitor: &Monitor,
     ) -> Result<Option<Self>, SurfaceError> {
         monitor.stage("lengths", 0.0)?;
-        let Some((steps, cost)) = side_steps(graph, edge_length, wishes, monitor)? else { return Ok(None) };
+        let Some(lengths) = side_lengths(graph, edge_length, wishes, nodes, monitor)? else { return Ok(None) };
+        let Lengths { of_side, is_half, cost } = lengths;
+        let halfway: Vec<&Halfway> = nodes.iter().zip(is_half).filter(|(_, is)| *is).map(|(node, _)| node).collect();
+        let Some((steps, slides)) = rounded(graph, &of_side, &halfway) else { return Ok(None) };
         let courses = courses(graph, &steps, fill.seed(), monitor)?;
         let filled = fill_all(graph, &courses, fill, monitor)?;
-        Ok(Some(Self { steps, courses, filled, cost }))
+        Ok(Some(Self { steps, courses, filled, slides, cost }))
     }
 
     fn empty(&self) -> impl Iterator<Item = usize> {
@@ -109,9 +120,10 @@ impl Laid {
 }
 
 /// Lengths, outlines and tiles, both kinds of them in every patch that allows it when `mixes`; `None` when no lengths close all
-/// patches, or one has no tiling even with rhombi.
+/// patches, or one has no tiling even with rhombi. Any of `nodes` may lie in the middle of an edge.
 pub(super) fn pave(
     graph: &PatchGraph,
+    nodes: &[Halfway],
     edge_length: f64,
     fill: Fill,
     mixes: bool,
@@ -123,7 +135,7 @@ pub(super) fn pave(
             return Ok(None);
         }
         effort -= 1;
-        Laid::new(graph, edge_length, wishes, fill, monitor)
+        Laid::new(graph, edge_length, wishes, nodes, fill, monitor)
     };
     let mut wishes = Wishes::default();
     let mut laid = None;
@@ -172,7 +184,7 @@ pub(super) fn pave(
             laid = other;
         }
     }
-    let Laid { courses: chosen, mut filled, .. } = laid;
+    let Laid { courses: chosen, mut filled, slides, cost, .. } = laid;
     let mut with_rhombi = Vec::new();
     for (p, tiling) in filled.iter_mut().enumerate() {
         if tiling.is_some() {
@@ -193,7 +205,7 @@ pub(super) fn pave(
         with_rhombi.push(p as u32);
     }
     let filled: Vec<Filling> = filled.into_iter().flatten().collect();
-    Ok(Some(stitch(graph, chosen, filled, relengthened, with_rhombi)))
+    Ok(Some(Paving { slides, cost, ..stitch(graph, chosen, filled, relengthened, with_rhombi) }))
 }
 
 /// A tiling of each patch where there is one.
@@ -297,7 +309,21 @@ pub(super) fn stitch(
     }
     let vertex_count = count as usize;
     let counts = filled.iter().map(|filling| filling.count.clone()).collect();
-    Paving { courses, filled, tiles, kinds, patch_of, along, sheets, vertex_count, counts, relengthened, with_rhombi }
+    Paving {
+        courses,
+        filled,
+        tiles,
+        kinds,
+        patch_of,
+        along,
+        sheets,
+        vertex_count,
+        counts,
+        relengthened,
+        with_rhombi,
+        slides: Vec::new(),
+        cost: 0.0,
+    }
 }
 
 /// Which tiles and vertices belong to which patches and sides.
