@@ -18,6 +18,7 @@
 //! Deviation: squared errors are divided by the side's length, so that stretch counts, not length.
 
 use super::halves::{Halfway, HalfwayVariables, Halves};
+use super::lattices::{Choice, choices, of_edges};
 use super::patch_graph::{Patch, PatchGraph};
 use crate::plane::Point;
 use mesh::Monitor;
@@ -80,6 +81,10 @@ pub(super) struct Perimeter {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Wishes {
     pub perimeters: Vec<Perimeter>,
+    /// Whether every patch is to be of one lattice.
+    pub of_lattices: bool,
+    /// Whether each side has edges, and whether pairs; empty when that is to be found.
+    pub kinds: Vec<[bool; 2]>,
     /// Patches that may be of both tiles; empty when none are to be.
     pub mixing: Vec<bool>,
 }
@@ -107,23 +112,41 @@ pub(super) fn side_lengths(
     nodes: &[Halfway],
     monitor: &Monitor,
 ) -> Result<Option<Lengths>, SolveError> {
-    // Patches whose c-indices are all even, or all multiples of three, are of one lattice when all their sides are of edges
-    // alone. That leaves no choice to branch on, and is solved at once where it closes.
-    if wishes.mixing.is_empty()
-        && let Some(found) = solve(graph, edge_length, wishes, nodes, true, monitor)?
-    {
-        return Ok(Some(found));
+    if !wishes.kinds.is_empty() {
+        return solve(graph, edge_length, wishes, nodes, Some(&Choice::new()), monitor);
     }
-    solve(graph, edge_length, wishes, nodes, false, monitor)
+    let of_lattices = || -> Result<Option<Lengths>, SolveError> {
+        let mut best: Option<Lengths> = None;
+        for choice in choices(graph) {
+            let found = solve(graph, edge_length, wishes, nodes, Some(&choice), monitor)?;
+            if let Some(found) = found.filter(|found| best.as_ref().is_none_or(|best| found.cost < best.cost)) {
+                best = Some(found);
+            }
+        }
+        Ok(best)
+    };
+    if wishes.of_lattices {
+        return of_lattices();
+    }
+    if wishes.mixing.is_empty() {
+        // With little or nothing to branch on first.
+        if let Some(found) = solve(graph, edge_length, wishes, nodes, Some(&of_edges(graph)), monitor)? {
+            return Ok(Some(found));
+        }
+        if let Some(found) = of_lattices()? {
+            return Ok(Some(found));
+        }
+    }
+    solve(graph, edge_length, wishes, nodes, None, monitor)
 }
 
-/// The programme, with the sides of patches that can be of one lattice of edges alone when `is_straight`.
+/// The programme, with patches of the lattices that are chosen; where none are, it chooses.
 fn solve(
     graph: &PatchGraph,
     edge_length: f64,
     wishes: &Wishes,
     nodes: &[Halfway],
-    is_straight: bool,
+    choice: Option<&Choice>,
     monitor: &Monitor,
 ) -> Result<Option<Lengths>, SolveError> {
     let mut programme = Programme::new();
@@ -131,32 +154,37 @@ fn solve(
     for &is_half in &halfway.is_half {
         programme.convex_cost(&[(is_half, 1)], |v| HALFWAY * v as f64, 0..=1);
     }
-    let mut is_of_edges = vec![false; graph.sides.len()];
-    for patch in graph.patches.iter().filter(|patch| is_straight && patch.total_interior_defect() == 0) {
-        let lattice = [2, 3].into_iter().find(|step| patch.corners.iter().all(|corner| corner.c_index % step == 0));
-        if let Some(step) = lattice {
-            patch.corners.iter().for_each(|corner| is_of_edges[corner.side as usize] = true);
-            for (is_half, direction) in halfway.edges_at(patch) {
-                programme.row(&[(is_half, 1)], 0..=i64::from(direction % step == 0));
-            }
+    // Of each side, where that is settled: whether it has edges, and whether pairs.
+    let mut settled: Vec<[Option<bool>; 2]> = vec![[None; 2]; graph.sides.len()];
+    for (settled, kinds) in settled.iter_mut().zip(&wishes.kinds) {
+        *settled = kinds.map(Some);
+    }
+    for (patch, lattice) in graph.patches.iter().zip(choice.into_iter().flatten()) {
+        let Some(lattice) = lattice else { continue };
+        for (corner, direction) in patch.corners.iter().zip(patch.directions()) {
+            settled[corner.side as usize] = [lattice.has(direction), !lattice.has(direction)].map(Some);
+        }
+        for (is_half, direction) in halfway.edges_at(patch) {
+            programme.row(&[(is_half, 1)], 0..=i64::from(lattice.has(direction)));
         }
     }
     let mut may_mix = vec![!wishes.mixing.is_empty(); graph.sides.len()];
     for (_, patch) in graph.patches.iter().enumerate().filter(|(p, _)| !wishes.mixes(*p)) {
         patch.corners.iter().for_each(|corner| may_mix[corner.side as usize] = false);
     }
-    let of_edges = is_of_edges.iter().filter(|&&is| is).count();
     let variables: Vec<SideVariables> = graph
         .sides
         .iter()
         .zip(may_mix)
-        .zip(is_of_edges)
+        .zip(&settled)
         .zip(&halfway.of_side)
-        .map(|(((side, may_mix), is_of_edges), &halves)| {
+        .map(|(((side, may_mix), &settled), &halves)| {
             let length = (side.length() / edge_length).max(0.5);
             let most = [2.0 * length + 3.0, 2.0 * length / 3f64.sqrt() + 2.0].map(|most| most as i32);
-            let has_straight = programme.variable(i32::from(is_of_edges)..=1);
-            let has_pairs = programme.variable(0..=i32::from(!is_of_edges));
+            let [has_straight, has_pairs] = settled.map(|settled| match settled {
+                None => programme.variable(0..=1),
+                Some(has) => programme.variable(i32::from(has)..=i32::from(has)),
+            });
             let [straight, pairs] = most.map(|most| programme.variable(0..=most));
             let numbers = [(straight, has_straight, most[0]), (pairs, has_pairs, most[1])];
             let mut terms = Vec::new();
@@ -193,7 +221,7 @@ fn solve(
     // A cone closes whatever its lengths.
     for (p, patch) in graph.patches.iter().enumerate().filter(|(_, patch)| patch.total_interior_defect() == 0) {
         close(&mut programme, patch, &variables);
-        if !is_straight {
+        if choice.is_none() {
             prefer_lattice(&mut programme, patch, &variables, &halfway, wishes.mixes(p));
         }
     }
@@ -207,7 +235,7 @@ fn solve(
         programme.row(&terms, bound.least..=bound.most);
     }
     // A programme that is too large is worth no search.
-    let free = graph.sides.len() - of_edges;
+    let free = settled.iter().filter(|settled| settled.contains(&None)).count();
     let most = if nodes.is_empty() || free == 0 { MOST_FREE } else { MOST_FREE_HALVES.saturating_sub(2 * nodes.len()) };
     if free > most {
         return Ok(None);

@@ -16,7 +16,7 @@
 //! **The paper's own way** ([`Partition::Paper`]) has fewer irregular vertices, larger patches and no seam along the border, but may
 //! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand;
 //! `given` takes a graph that was drawn, which `inscribe` puts into the surface),
-//! `assemble` (the `patch_graph`), `lengths`, `halves` and `courses` (problem 11), `paving` (tiles), then `shape` as above.
+//! `assemble` (the `patch_graph`), `lattices`, `lengths`, `halves` and `courses` (problem 11), `paving` (tiles), then `shape` as above.
 //!
 //! Deviations of the expansion: defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
@@ -38,6 +38,7 @@ mod guided;
 mod halves;
 mod input;
 mod inscribe;
+mod lattices;
 mod layout;
 mod lengths;
 mod panels;
@@ -333,12 +334,9 @@ impl SurfaceTiling {
 }
 
 impl SurfaceTiling {
-    /// Standard deviation of the edge lengths over their mean.
+    /// Of the edge lengths.
     fn spread(&self) -> f64 {
-        let lengths = || self.panels.iter().flat_map(|panel| panel.edges.iter().copied());
-        let count = lengths().count().max(1) as f64;
-        let mean = lengths().sum::<f64>() / count;
-        (lengths().map(|length| (length - mean).powi(2)).sum::<f64>() / count).sqrt() / mean
+        spread(self.panels.iter().flat_map(|panel| panel.edges.iter().copied()))
     }
 
     /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, and ten times that of rhombi, summed.
@@ -350,6 +348,16 @@ impl SurfaceTiling {
             + irregular / self.interior_vertices.max(1) as f64
             + 10.0 * rhombi / self.panels.len().max(1) as f64
     }
+}
+
+/// Standard deviation over mean.
+fn spread(lengths: impl Iterator<Item = f64>) -> f64 {
+    let (mut count, mut sum, mut squares) = (0.0f64, 0.0, 0.0);
+    for length in lengths {
+        (count, sum, squares) = (count + 1.0, sum + length, squares + length * length);
+    }
+    let mean = sum / count.max(1.0);
+    (squares / count.max(1.0) - mean * mean).max(0.0).sqrt() / mean
 }
 
 /// Covers a surface by triangles and quads whose edges are about `edge_length` long, in scene units.

@@ -28,7 +28,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const MEMORY: usize = 1 << 25;
 
 /// Programmes of lengths that a patch graph is worth.
-const EFFORT: usize = 4;
+const EFFORT: usize = 5;
 
 /// Patches without a tiling that are mended; with more, the patch graph is not worth keeping.
 const MOST_EMPTY: usize = 3;
@@ -156,6 +156,12 @@ pub(super) fn pave(
         laid = lay(&wishes)?;
     }
     let Some(mut laid) = laid else { return Ok(None) };
+    if laid.empty().next().is_some()
+        && let Some(other) = lay(&Wishes { of_lattices: true, ..Wishes::default() })?
+        && other.empty().count() < laid.empty().count()
+    {
+        laid = other;
+    }
     if laid.empty().count() > MOST_EMPTY {
         return Ok(None);
     }
@@ -169,7 +175,9 @@ pub(super) fn pave(
             .sum();
         let mut best: Option<(Laid, Wishes)> = None;
         for (least, most) in [(around + 1, i64::MAX), (0, around - 1)] {
-            let mut tried = wishes.clone();
+            // Of the edges that it has, so that the programme has no more to choose.
+            let kinds = laid.steps.iter().map(|steps| [steps.straight > 0, steps.pairs > 0]);
+            let mut tried = Wishes { kinds: kinds.collect(), ..wishes.clone() };
             tried.perimeters.push(Perimeter { patch: p, least, most });
             if let Some(other) = lay(&tried)?
                 && best.as_ref().is_none_or(|(known, _)| other.cost < known.cost)
