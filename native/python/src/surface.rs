@@ -364,6 +364,7 @@ fn report<'py>(
     report.set_item("interior_vertices", made.interior_vertices)?;
     report.set_item("patches", made.patch_graph.as_ref().map(|graph| graph.patches.len()))?;
     report.set_item("patch_tilings", &made.tiling_counts)?;
+    report.set_item("halfway_nodes", &made.halfway_nodes)?;
     report.set_item("relengthened_patches", &made.relengthened_patches)?;
     report.set_item("patches_with_rhombi", &made.patches_with_rhombi)?;
     report.set_item("edited_sides", &made.edit.sides)?;

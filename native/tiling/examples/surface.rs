@@ -24,7 +24,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     // PAPER in the environment asks for the paper's partition.
     let partition = if std::env::var_os("PAPER").is_some() { Partition::Paper } else { Partition::Expansion };
-    let options = SurfaceOptions { fill, partition, ..SurfaceOptions::default() };
+    let mut options = SurfaceOptions { fill, partition, ..SurfaceOptions::default() };
+    // UNSHAPED in the environment leaves the pattern as it was laid.
+    if std::env::var_os("UNSHAPED").is_some() {
+        (options.shape.rounds, options.shape.flattening_rounds) = (0, 0);
+    }
     println!(
         "{:24}{:>7}{:>7}{:>5}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>7}{:>6}  seconds",
         "surface", "panels", "quads", "rh", "irreg%", "edge cv", "plan%", "max%", "close%", "border", "turned", "chi"
@@ -87,9 +91,10 @@ fn report(name: &str, input: &TriangleMesh, result: &SurfaceTiling) -> Result<()
     if let Some(graph) = &result.patch_graph {
         write!(
             remarks,
-            "; {} patches, {} sides, {} relengthened, {} with rhombi",
+            "; {} patches, {} sides, {} nodes halfway, {} relengthened, {} with rhombi",
             graph.patches.len(),
             graph.sides.len(),
+            result.halfway_nodes.len(),
             result.relengthened_patches.len(),
             result.patches_with_rhombi.len()
         )?;

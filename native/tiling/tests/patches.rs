@@ -132,6 +132,33 @@ fn a_sphere_is_divided_at_few_panels() {
     assert_patches("sphere", &mesh, &tiled(&mesh, 300.0, Fill::Regular));
 }
 
+/// Half edges are used where they make panels more equal, and every side is near its length then.
+#[test]
+fn a_saddle_of_few_panels_has_sides_of_half_edges() {
+    let mesh = grid(24, 24, [false, false], |u, v| {
+        let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+        DVec3::new(x, y, 0.6 * (x * x - y * y))
+    });
+    let result = tiled(&mesh, 300.0, Fill::Regular);
+    assert_patches("saddle", &mesh, &result);
+    assert!(!result.halfway_nodes.is_empty(), "no sides of half edges");
+    let irregular: BTreeSet<u32> = result.defects.iter().map(|(v, _)| *v).collect();
+    let (graph, tiles) = (result.patch_graph.expect("patches"), result.patch_tiles.expect("patches"));
+    for node in &result.halfway_nodes {
+        assert!(!irregular.contains(node), "node {node} is irregular");
+    }
+    // Edges that turn by 30 degrees count as they run along their side.
+    let along = |course: &[i8]| course.iter().map(|&offset| (f64::from(offset) * PI / 6.0).cos()).sum::<f64>();
+    let error: f64 = graph
+        .sides
+        .iter()
+        .zip(&tiles.courses)
+        .map(|(side, course)| (along(course), side.length() / result.edge_length))
+        .map(|(edges, wanted)| (edges - wanted).powi(2) / wanted)
+        .sum();
+    assert!(error < 3.0, "the lengths err by {error}");
+}
+
 /// Squares that would be of squares alone get rows of triangles between them, other ones for another seed.
 #[test]
 fn patches_of_both_tiles_have_both_and_differ_by_seed() {

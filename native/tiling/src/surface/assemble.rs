@@ -4,6 +4,7 @@
 //! on either side of a curve that all but coincide become one, so that sides are not shorter than panels.
 
 use super::curve::Curve;
+use super::halves::{Slide, Through};
 use super::layout::{Base, Layout};
 use super::patch_graph::{Corner, Patch, PatchGraph, Side};
 use super::pattern::Place;
@@ -23,6 +24,8 @@ const ROUNDING: f64 = 1e-6;
 #[derive(Clone, Copy)]
 struct Break {
     t: f64,
+    /// Where it was before it slid along the curve.
+    was: f64,
     /// Which sides of the curve have an arc that ends here: 1 the left, 2 the right.
     sides: u8,
     node: u32,
@@ -40,17 +43,21 @@ struct Assembly<'a> {
     curve_of: BTreeMap<usize, u32>,
 }
 
-/// The patch graph of flat regions; `None` where two corners of one fall together.
-pub(super) fn assemble(base: &Base, regions: &[Region]) -> Option<Layout> {
+/// The patch graph of flat regions, nodes moved as `slides` say; `None` where two corners of one fall together.
+pub(super) fn assemble(base: &Base, regions: &[Region], slides: &[Slide]) -> Option<Layout> {
     let mut lines = BTreeMap::new();
     let mut breaks: BTreeMap<usize, Vec<Break>> = BTreeMap::new();
     for arc in regions.iter().flat_map(|region| &region.arcs) {
         lines.insert(arc.line.id, arc.line.clone());
         let sides = if arc.reversed { 2 } else { 1 };
-        breaks.entry(arc.line.id).or_default().extend([arc.from, arc.to].map(|t| Break { t, sides, node: 0 }));
+        breaks.entry(arc.line.id).or_default().extend([arc.from, arc.to].map(|t| Break { t, was: t, sides, node: 0 }));
     }
     for (id, at) in &mut breaks {
         merge(&lines[id], at, MERGE * base.edge_length);
+    }
+    for slide in slides {
+        let (line, slid) = (&lines[&slide.line], breaks.get_mut(&slide.line)?.get_mut(slide.index)?);
+        slid.t = line.at_length(line.length_at(slid.was) + slide.by);
     }
     for id in lines.keys().copied().collect::<Vec<_>>() {
         if let Some(drawn) = drawn_to_its_nodes(&lines[&id], &lines, &breaks) {
@@ -140,9 +147,9 @@ fn drawn_to_its_nodes(
     Some(Shared::new(Line::new(line.id, points, images, line.ends.clone())))
 }
 
-/// The break of a curve nearest to a parameter.
+/// The break of a curve that was nearest to a parameter.
 fn nearest(line: &Line, breaks: &[Break], t: f64) -> usize {
-    let off = |k: usize| (line.length_at(breaks[k].t) - line.length_at(t)).abs();
+    let off = |k: usize| (line.length_at(breaks[k].was) - line.length_at(t)).abs();
     (0..breaks.len()).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0)
 }
 
@@ -235,6 +242,13 @@ impl Assembly<'_> {
                 side_places.push(self.curve_of.get(&id).map_or(Place::Free, |&curve| Place::OnCurve(curve)));
             }
         }
+        let mut through = vec![None; graph.nodes.len()];
+        for (&line, breaks) in &self.breaks {
+            for index in 1..breaks.len() - 1 {
+                let ahead = first_side[&line] + index as u32;
+                through[breaks[index].node as usize] = Some(Through { line, index, sides: [ahead - 1, ahead] });
+            }
+        }
         let (mut pieces, mut chart_of) = (Vec::new(), Vec::new());
         for region in regions {
             let (mut patch, mut of_patch) = (Patch::default(), Vec::new());
@@ -260,6 +274,14 @@ impl Assembly<'_> {
             pieces.push(of_patch);
             chart_of.push(region.chart);
         }
-        Some(Layout { graph, chart_of, pieces, curves: self.curves, node_places: self.node_places, side_places })
+        Some(Layout {
+            graph,
+            chart_of,
+            pieces,
+            curves: self.curves,
+            node_places: self.node_places,
+            side_places,
+            through,
+        })
     }
 }

@@ -4,7 +4,7 @@
 //! The choice is made for all sides together, by changing one after the other while fewer patches are without a simple
 //! outline that the certificate lets pass.
 
-use super::lengths::Steps;
+use super::halves::Steps;
 use super::patch_graph::{Patch, PatchGraph};
 use crate::plane::Direction;
 use crate::random::Random;
@@ -21,9 +21,24 @@ const SEED: u64 = 5;
 /// Orders drawn at random for a side of edges and pairs.
 const SHUFFLES: usize = 6;
 
-/// Ways to go along a side: pairs that start to the left, to the right, or half of them each; before, after or amid the
-/// edges of its own direction.
+/// Ways to go along a side, the edge that turned half a pair last, first, or in the middle.
 fn ways(steps: Steps) -> Vec<Course> {
+    let ways = balanced(steps);
+    if steps.turned == 0 {
+        return ways;
+    }
+    let with = |way: &Course, at: usize| [&way[..at], &[steps.turned], &way[at..]].concat();
+    ways.iter().flat_map(|way| [way.len(), 0, way.len() / 2].map(|at| with(way, at))).collect()
+}
+
+/// The first of the ways along a side.
+pub(super) fn straightforward(steps: Steps) -> Course {
+    ways(steps).swap_remove(0)
+}
+
+/// Ways to go along a side but for half a pair: pairs that start to the left, to the right, or half of them each; before, after or amid the
+/// edges of its own direction.
+fn balanced(steps: Steps) -> Vec<Course> {
     let (n, m) = (steps.straight as usize, steps.pairs as usize);
     if m == 0 {
         return vec![vec![0; n]];
@@ -121,7 +136,7 @@ fn bundles(graph: &PatchGraph, steps: &[Steps], random: &mut Random) -> Vec<Bund
     for patch in &graph.patches {
         for [a, b] in patch.row_ends().into_iter().map(|pair| pair.map(|k| &patch.corners[k])) {
             let (first, second) = (a.side as usize, b.side as usize);
-            if steps[first].pairs > 0 && steps[first].straight > 0 && steps[first] == steps[second] {
+            if steps[first].is_mixed() && steps[first] == steps[second] {
                 // Opposite sides of a patch are walked in opposite directions.
                 let is_against = a.reversed == b.reversed;
                 across[first].push((second, is_against));
@@ -156,7 +171,7 @@ fn bundles(graph: &PatchGraph, steps: &[Steps], random: &mut Random) -> Vec<Bund
         of_all.sort_unstable();
         of_all.dedup();
         let mut ways = ways(steps[start]);
-        if steps[start].straight > 0 && steps[start].pairs > 0 {
+        if steps[start].is_mixed() {
             // Sides of both kinds are there for variety: shuffled ones first.
             let shuffled: Vec<Course> = (0..SHUFFLES).map(|_| shuffled(steps[start], random)).collect();
             ways.splice(0..0, shuffled);

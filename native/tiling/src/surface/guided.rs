@@ -134,7 +134,7 @@ impl PatchDesign {
 
     /// The parts as a graph, those that are not flat among them, in their order; `None` where two corners of one fall together.
     pub fn graph(&self) -> Option<PatchGraph> {
-        self.draft.layout().map(|layout| layout.graph)
+        self.draft.layout(&[]).map(|layout| layout.graph)
     }
 
     /// The patch graph, once all defects are zero.
@@ -168,7 +168,12 @@ impl PatchDesign {
             stages[stage].1 += start.elapsed();
             start = Instant::now();
         };
-        let tiled = Paper::new(&self.input, &self.draft, edge_length, &options, &mut lap, monitor)?;
-        tiled.ok_or(SurfaceError::NoLengths)?.measured(stages)
+        let papers = Paper::new(&self.input, &self.draft, edge_length, &options, &mut lap, monitor)?;
+        let tilings = papers.into_iter().map(|paper| paper.measured(Vec::new())).collect::<Result<Vec<_>, _>>()?;
+        let order = |a: &SurfaceTiling, b: &SurfaceTiling| {
+            a.turned.len().cmp(&b.turned.len()).then(a.flaws().total_cmp(&b.flaws()))
+        };
+        let best = tilings.into_iter().min_by(order).ok_or(SurfaceError::NoLengths)?;
+        Ok(SurfaceTiling { stages, ..best })
     }
 }

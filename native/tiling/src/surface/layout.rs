@@ -9,6 +9,7 @@ use super::assemble::assemble;
 use super::chart::Chart;
 use super::curve::Curve;
 use super::cut::{Cut, cut};
+use super::halves::{Slide, Through};
 use super::input::Input;
 use super::partition::{Division, Ground, WARY};
 use super::patch_graph::{PatchGraph, closing_c_indices};
@@ -72,6 +73,8 @@ pub(super) struct Layout {
     pub curves: Vec<Curve>,
     pub node_places: Vec<VertexPlace>,
     pub side_places: Vec<VertexPlace>,
+    /// Of nodes within a line: where.
+    pub through: Vec<Option<Through>>,
 }
 
 /// Lines of the surface before partitions: their vertices, and whether they are borders or marked.
@@ -179,9 +182,10 @@ impl Draft {
         self.regions.iter().map(|region| region.corners.clone()).collect()
     }
 
-    /// The patch graph of regions that are all flat; `None` where two corners of one fall together.
-    pub fn layout(&self) -> Option<Layout> {
-        assemble(&self.base, &self.regions)
+    /// The patch graph of regions that are all flat, with some nodes moved along their lines; `None` where two corners of one fall
+    /// together.
+    pub fn layout(&self, slides: &[Slide]) -> Option<Layout> {
+        assemble(&self.base, &self.regions, slides)
     }
 
     pub fn charts(&self) -> &[Chart] {

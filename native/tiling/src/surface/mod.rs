@@ -16,7 +16,7 @@
 //! **The paper's own way** ([`Partition::Paper`]) has fewer irregular vertices, larger patches and no seam along the border, but may
 //! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand;
 //! `given` takes a graph that was drawn, which `inscribe` puts into the surface),
-//! `assemble` (the `patch_graph`), `lengths` and `courses` (problem 11), `paving` (tiles), then `shape` as above.
+//! `assemble` (the `patch_graph`), `lattices`, `lengths`, `halves` and `courses` (problem 11), `paving` (tiles), then `shape` as above.
 //!
 //! Deviations of the expansion: defects sit at vertices of the triangulation, where the paper's sit
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
@@ -35,8 +35,10 @@ mod fill;
 mod fold;
 mod given;
 mod guided;
+mod halves;
 mod input;
 mod inscribe;
+mod lattices;
 mod layout;
 mod lengths;
 mod panels;
@@ -304,6 +306,8 @@ pub struct SurfaceTiling {
     pub relengthened_patches: Vec<u32>,
     /// Of these, patches that got rhombi, having no tiling without.
     pub patches_with_rhombi: Vec<u32>,
+    /// Nodes of the patch graph that lay in the middle of an edge, where sides of half edges end, and went to one end of it.
+    pub halfway_nodes: Vec<u32>,
     /// Patches that the plane solver filled, over all sweeps; none with [`Fill::Regular`].
     pub patches: usize,
     /// Those of them that got another tiling.
@@ -330,12 +334,9 @@ impl SurfaceTiling {
 }
 
 impl SurfaceTiling {
-    /// Standard deviation of the edge lengths over their mean.
+    /// Of the edge lengths.
     fn spread(&self) -> f64 {
-        let lengths = || self.panels.iter().flat_map(|panel| panel.edges.iter().copied());
-        let count = lengths().count().max(1) as f64;
-        let mean = lengths().sum::<f64>() / count;
-        (lengths().map(|length| (length - mean).powi(2)).sum::<f64>() / count).sqrt() / mean
+        spread(self.panels.iter().flat_map(|panel| panel.edges.iter().copied()))
     }
 
     /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, and ten times that of rhombi, summed.
@@ -347,6 +348,16 @@ impl SurfaceTiling {
             + irregular / self.interior_vertices.max(1) as f64
             + 10.0 * rhombi / self.panels.len().max(1) as f64
     }
+}
+
+/// Standard deviation over mean.
+fn spread(lengths: impl Iterator<Item = f64>) -> f64 {
+    let (mut count, mut sum, mut squares) = (0.0f64, 0.0, 0.0);
+    for length in lengths {
+        (count, sum, squares) = (count + 1.0, sum + length, squares + length * length);
+    }
+    let mean = sum / count.max(1.0);
+    (squares / count.max(1.0) - mean * mean).max(0.0).sqrt() / mean
 }
 
 /// Covers a surface by triangles and quads whose edges are about `edge_length` long, in scene units.
@@ -404,6 +415,7 @@ pub fn tile_surface(
         patch_graph: None,
         patch_tiles: None,
         tiling_counts: Vec::new(),
+        halfway_nodes: Vec::new(),
         relengthened_patches: Vec::new(),
         patches_with_rhombi: Vec::new(),
         patches: best.refilled.0,
@@ -442,19 +454,15 @@ fn of_patches(
         // Charts that lattices fit are worth trying first.
         drafts.sort_by_key(Draft::is_odd);
         for draft in drafts {
-            let Some(paper) = Paper::new(input, &draft, edge_length, options, lap, monitor)? else { continue };
-            if !paper.turned.is_empty() {
-                continue;
+            let papers = Paper::new(input, &draft, edge_length, options, lap, monitor)?;
+            for paper in papers.into_iter().filter(|paper| paper.turned.is_empty()) {
+                let tiling = paper.measured(Vec::new())?;
+                let flaws = tiling.flaws();
+                if tiling.spread() <= MOST_SPREAD && best.as_ref().is_none_or(|(least, _)| flaws < *least) {
+                    best = Some((flaws, tiling));
+                }
             }
-            let tiling = paper.measured(Vec::new())?;
-            if tiling.spread() > MOST_SPREAD {
-                continue;
-            }
-            let flaws = tiling.flaws();
-            if best.as_ref().is_none_or(|(least, _)| flaws < *least) {
-                best = Some((flaws, tiling));
-            }
-            if flaws < FEW_FLAWS {
+            if best.as_ref().is_some_and(|(flaws, _)| *flaws < FEW_FLAWS) {
                 break;
             }
         }

@@ -9,7 +9,8 @@
 use super::choice::choose;
 use super::cone::{Filling, fill_cone};
 use super::courses::{Course, code, courses};
-use super::lengths::{Perimeter, Steps, Wishes, side_steps};
+use super::halves::{Halfway, Slide, Steps, rounded};
+use super::lengths::{Lengths, Perimeter, Wishes, side_lengths};
 use super::patch_graph::{Patch, PatchGraph};
 use super::{Fill, SurfaceError};
 use crate::plane::Point;
@@ -27,7 +28,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const MEMORY: usize = 1 << 25;
 
 /// Programmes of lengths that a patch graph is worth.
-const EFFORT: usize = 4;
+const EFFORT: usize = 5;
 
 /// Patches without a tiling that are mended; with more, the patch graph is not worth keeping.
 const MOST_EMPTY: usize = 3;
@@ -64,6 +65,10 @@ pub(super) struct Paving {
     /// Patches that got other lengths than the best because these had no tiling, and those that got rhombi.
     pub relengthened: Vec<u32>,
     pub with_rhombi: Vec<u32>,
+    /// Nodes in the middle of an edge, which go to its end.
+    pub slides: Vec<Slide>,
+    /// Error of the lengths of sides, in squared edges over their lengths, and what they cost besides.
+    pub cost: f64,
 }
 
 /// The tiles of one patch, with the vertices along a slit there twice.
@@ -84,6 +89,8 @@ struct Laid {
     steps: Vec<Steps>,
     courses: Vec<Course>,
     filled: Vec<Option<Filling>>,
+    /// Nodes in the middle of an edge.
+    slides: Vec<Slide>,
     /// Of the lengths.
     cost: f64,
 }
@@ -93,14 +100,18 @@ impl Laid {
         graph: &PatchGraph,
         edge_length: f64,
         wishes: &Wishes,
+        nodes: &[Halfway],
         fill: Fill,
         monitor: &Monitor,
     ) -> Result<Option<Self>, SurfaceError> {
         monitor.stage("lengths", 0.0)?;
-        let Some((steps, cost)) = side_steps(graph, edge_length, wishes, monitor)? else { return Ok(None) };
+        let Some(lengths) = side_lengths(graph, edge_length, wishes, nodes, monitor)? else { return Ok(None) };
+        let Lengths { of_side, is_half, cost } = lengths;
+        let halfway: Vec<&Halfway> = nodes.iter().zip(is_half).filter(|(_, is)| *is).map(|(node, _)| node).collect();
+        let Some((steps, slides)) = rounded(graph, &of_side, &halfway) else { return Ok(None) };
         let courses = courses(graph, &steps, fill.seed(), monitor)?;
         let filled = fill_all(graph, &courses, fill, monitor)?;
-        Ok(Some(Self { steps, courses, filled, cost }))
+        Ok(Some(Self { steps, courses, filled, slides, cost }))
     }
 
     fn empty(&self) -> impl Iterator<Item = usize> {
@@ -109,9 +120,10 @@ impl Laid {
 }
 
 /// Lengths, outlines and tiles, both kinds of them in every patch that allows it when `mixes`; `None` when no lengths close all
-/// patches, or one has no tiling even with rhombi.
+/// patches, or one has no tiling even with rhombi. Any of `nodes` may lie in the middle of an edge.
 pub(super) fn pave(
     graph: &PatchGraph,
+    nodes: &[Halfway],
     edge_length: f64,
     fill: Fill,
     mixes: bool,
@@ -123,7 +135,7 @@ pub(super) fn pave(
             return Ok(None);
         }
         effort -= 1;
-        Laid::new(graph, edge_length, wishes, fill, monitor)
+        Laid::new(graph, edge_length, wishes, nodes, fill, monitor)
     };
     let mut wishes = Wishes::default();
     let mut laid = None;
@@ -144,6 +156,12 @@ pub(super) fn pave(
         laid = lay(&wishes)?;
     }
     let Some(mut laid) = laid else { return Ok(None) };
+    if laid.empty().next().is_some()
+        && let Some(other) = lay(&Wishes { of_lattices: true, ..Wishes::default() })?
+        && other.empty().count() < laid.empty().count()
+    {
+        laid = other;
+    }
     if laid.empty().count() > MOST_EMPTY {
         return Ok(None);
     }
@@ -157,7 +175,9 @@ pub(super) fn pave(
             .sum();
         let mut best: Option<(Laid, Wishes)> = None;
         for (least, most) in [(around + 1, i64::MAX), (0, around - 1)] {
-            let mut tried = wishes.clone();
+            // Of the edges that it has, so that the programme has no more to choose.
+            let kinds = laid.steps.iter().map(|steps| [steps.straight > 0, steps.pairs > 0]);
+            let mut tried = Wishes { kinds: kinds.collect(), ..wishes.clone() };
             tried.perimeters.push(Perimeter { patch: p, least, most });
             if let Some(other) = lay(&tried)?
                 && best.as_ref().is_none_or(|(known, _)| other.cost < known.cost)
@@ -172,7 +192,7 @@ pub(super) fn pave(
             laid = other;
         }
     }
-    let Laid { courses: chosen, mut filled, .. } = laid;
+    let Laid { courses: chosen, mut filled, slides, cost, .. } = laid;
     let mut with_rhombi = Vec::new();
     for (p, tiling) in filled.iter_mut().enumerate() {
         if tiling.is_some() {
@@ -193,7 +213,7 @@ pub(super) fn pave(
         with_rhombi.push(p as u32);
     }
     let filled: Vec<Filling> = filled.into_iter().flatten().collect();
-    Ok(Some(stitch(graph, chosen, filled, relengthened, with_rhombi)))
+    Ok(Some(Paving { slides, cost, ..stitch(graph, chosen, filled, relengthened, with_rhombi) }))
 }
 
 /// A tiling of each patch where there is one.
@@ -297,7 +317,21 @@ pub(super) fn stitch(
     }
     let vertex_count = count as usize;
     let counts = filled.iter().map(|filling| filling.count.clone()).collect();
-    Paving { courses, filled, tiles, kinds, patch_of, along, sheets, vertex_count, counts, relengthened, with_rhombi }
+    Paving {
+        courses,
+        filled,
+        tiles,
+        kinds,
+        patch_of,
+        along,
+        sheets,
+        vertex_count,
+        counts,
+        relengthened,
+        with_rhombi,
+        slides: Vec::new(),
+        cost: 0.0,
+    }
 }
 
 /// Which tiles and vertices belong to which patches and sides.

@@ -78,7 +78,7 @@ pub fn tile_faces(
     }
     let patch_graph = PatchGraph::of_polygons(polyhedron, options.cones)?;
     let fill = fill_of(options);
-    let paving = pave(&patch_graph, edge_length, fill, false, monitor)?.ok_or(SurfaceError::NoLengths)?;
+    let paving = pave(&patch_graph, &[], edge_length, fill, false, monitor)?.ok_or(SurfaceError::NoLengths)?;
     shaped(patch_graph, paving, Edit::default(), edge_length, options, monitor)
 }
 

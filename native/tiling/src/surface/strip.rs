@@ -353,7 +353,8 @@ mod tests {
         });
         let grid = PolygonMesh::from_polygons(positions.collect(), faces).expect("a grid");
         let graph = PatchGraph::of_polygons(&grid, false).expect("c-indices");
-        let paving = pave(&graph, 0.2, Fill::Regular, false, &Monitor::new()).expect("not cancelled").expect("lengths");
+        let paving =
+            pave(&graph, &[], 0.2, Fill::Regular, false, &Monitor::new()).expect("not cancelled").expect("lengths");
         let mut tiled = Tiled { graph: &graph, courses: paving.courses.clone(), filled: paving.filled };
         let mut taken = 0;
         for side in 0..graph.sides.len() as u32 {
