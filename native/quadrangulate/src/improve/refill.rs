@@ -29,6 +29,9 @@ const PATTERNS_TRIED: usize = 2;
 const WORTH: f64 = 4.0;
 /// The worst quad a pattern may bring, unless there was a worse one.
 const FLOOR: f64 = 0.2;
+/// The largest quad a pattern may bring, in areas wanted there, unless there was a larger one: few strips over a tip would
+/// cut it off.
+const LARGEST: f64 = 3.0;
 /// Sweeps that smooth a pattern.
 const SWEEPS: usize = 4;
 
@@ -161,6 +164,7 @@ impl<'s, 'a> Refill<'s, 'a> {
         let Some((places, sizes)) = self.places(rim, pattern, monitor)? else { return Ok(false) };
         let (search, disk) = (&mut *self.search, &self.disk);
         let (badness_before, worst_before) = search.judge_quads(&disk.quads);
+        let largest_before = search.largest(&disk.quads);
         let mark = search.mesh.mark();
         disk.quads.iter().for_each(|&q| search.mesh.remove(q));
         let surface = search.surfaces[disk.surface as usize];
@@ -182,7 +186,9 @@ impl<'s, 'a> Refill<'s, 'a> {
             let new = &vertices[border..];
             search.relax(new, &mut vec![FIRST_STEP; new.len()], 0..SWEEPS);
             let (badness, worst) = search.judge_quads(&new_quads);
-            is_better = worst >= worst_before.min(FLOOR) && badness - badness_before < WORTH * f64::from(gain);
+            is_better = worst >= worst_before.min(FLOOR)
+                && badness - badness_before < WORTH * f64::from(gain)
+                && search.largest(&new_quads) <= largest_before.max(LARGEST);
         }
         if !is_better {
             search.mesh.undo(mark);

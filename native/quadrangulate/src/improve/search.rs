@@ -285,11 +285,15 @@ impl<'a> Search<'a> {
             let quality = quad_quality(p, self.normals[q as usize]);
             worst = worst.min(quality);
             cost += SHAPE_WEIGHT * (GOOD - quality).max(0.0) + STRAIN_WEIGHT * (1.0 - quality);
-            let area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]).length();
-            let size = quad.iter().map(|&v| self.mesh.size[v as usize]).sum::<f64>() / 4.0;
-            cost += SIZE_WEIGHT * (area / (size * size)).max(1e-6).ln().powi(2);
+            cost += SIZE_WEIGHT * area_ratio(p, quad, &self.mesh.size).max(1e-6).ln().powi(2);
         }
         (cost, worst)
+    }
+
+    /// The largest of some quads, in areas wanted there.
+    pub(super) fn largest(&self, quads: &[u32]) -> f64 {
+        let ratio = |&q: &u32| Some(area_ratio(self.points(q)?, self.mesh.quads[q as usize]?, &self.mesh.size));
+        quads.iter().filter_map(ratio).fold(0.0, f64::max)
     }
 
     /// Smooths the free vertices among the given ones: shape first, then the worst quads. `steps` says how far each looks.
@@ -324,4 +328,10 @@ impl<'a> Search<'a> {
             self.refresh_normal(q);
         }
     }
+}
+
+/// Area of a quad over the area wanted, of which `size` has the edge length at each vertex.
+fn area_ratio(p: [DVec3; 4], quad: [u32; 4], size: &[f64]) -> f64 {
+    let size = quad.iter().map(|&v| size[v as usize]).sum::<f64>() / 4.0;
+    0.5 * (p[2] - p[0]).cross(p[3] - p[1]).length() / (size * size)
 }
