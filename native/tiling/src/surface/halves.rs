@@ -214,10 +214,14 @@ pub(super) fn rounded(graph: &PatchGraph, halves: &[Halves], nodes: &[&Halfway])
     };
     let flipped = |signs: &[i8], group: &[(usize, i8)]| {
         let mut signs = signs.to_vec();
-        group.iter().for_each(|&(k, _)| signs[k] = -signs[k]);
+        for &(k, _) in group {
+            signs[k] = -signs[k];
+        }
         signs
     };
-    groups.iter().flatten().for_each(|&(k, sign)| signs[k] = sign);
+    for &(k, sign) in groups.iter().flatten() {
+        signs[k] = sign;
+    }
     let worst = u32::MAX;
     let mut least = faults(&signs).unwrap_or(worst);
     for _ in 0..2 {
@@ -306,7 +310,7 @@ fn whole(halves: Halves, side: usize, ends: [Option<(&Halfway, i8)>; 2]) -> Opti
     let shift = |end: usize| ends[end].map_or(Point::ORIGIN, |(node, sign)| node.half_way(side as u32, end, sign));
     let doubled = times(Point::unit(0), halves.straight) + times(pair, halves.pairs) + shift(1) - shift(0);
     let pairs = halves.pairs / 2;
-    let turns: &[i8] = if halves.pairs % 2 == 0 { &[0] } else { &[1, -1] };
+    let turns: &[i8] = if halves.pairs.is_multiple_of(2) { &[0] } else { &[1, -1] };
     turns.iter().find_map(|&turned| {
         let edge = match turned {
             0 => Point::ORIGIN,

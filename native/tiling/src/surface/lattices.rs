@@ -126,7 +126,9 @@ impl Search<'_> {
                 self.choice[p] = Some(lattice);
                 self.choose(next + 1);
             }
-            set.into_iter().for_each(|side| self.has_pairs[side] = None);
+            for side in set {
+                self.has_pairs[side] = None;
+            }
         }
     }
 }

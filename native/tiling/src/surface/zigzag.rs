@@ -44,9 +44,9 @@ const OTHER_LENGTHS: usize = 3;
 /// Rings of patches that a single zigzag may change, before it is made by a strip.
 const RINGS: usize = 3;
 
-/// Limits of a programme.
+/// Limits of a programme; the nodes decide, as in `lengths`.
 const MOST_NODES: u32 = 200;
-const TIME: Duration = Duration::from_secs(20);
+const TIME: Duration = Duration::from_secs(600);
 
 /// Where along a side a zigzag is tried, less the place asked for.
 const SHIFTS: [f64; 9] = [0.0, 0.12, -0.12, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0];
