@@ -2,7 +2,7 @@
 //!
 //! Beyond Daniels et al. 2011, whose artist puts a site on every tip. Such a triangle is a disk like any other, but no map of
 //! it onto a flat triangle is any good, so its highest or farthest vertex becomes a base vertex. A horn shared by several triangles
-//! adds little to the area of each; its height tells. Spot's horns and the hand's fingers had two quads in all without that.
+//! adds little to the area of each; its height tells. Spot's horns had a few quads in all without that.
 
 use crate::dual::Dual;
 use crate::stars::Drawing;

@@ -261,6 +261,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_is_given_up_is_measured_in_edges() {
+        // Two quads with sides of 2 in a plane, in place of a vertex 3 above it.
+        let points = [(0., 0.), (2., 0.), (4., 0.), (0., 2.), (2., 2.), (4., 2.)];
+        let patch = QuadPatch {
+            quads: vec![[0, 1, 4, 3], [1, 2, 5, 4]],
+            surface_of: vec![0; 2],
+            positions: points.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect(),
+            constraints: vec![Constraint::Free; 6],
+        };
+        let given_up = lost(&[DVec3::new(1.0, 1.0, 0.0), DVec3::new(3.0, 1.5, 3.0)], &patch);
+        assert!((given_up - 1.5).abs() < 1e-12, "{given_up}");
+    }
+
+    #[test]
     fn sides_beyond_a_region_and_inside_it_are_told_apart() {
         // Three quads in a row and one more that joins the ends of the first side from beyond.
         let quads = vec![[0, 1, 2, 3], [1, 4, 5, 2], [4, 6, 7, 5], [0, 3, 8, 9]];

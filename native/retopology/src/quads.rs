@@ -306,7 +306,7 @@ pub(crate) fn quads_after(
 
     monitor.stage("optimise", 0.6)?;
     let mut work = Work::new(ground, &rails, &patches, filled);
-    // The pull decides on aspects: drawn halfway to squares, quads in strips were off by 1 to 2.5 degrees more.
+    // The pull decides on aspects: drawn halfway to squares, angles were off by 1 to 2.4 degrees more.
     let smooth = SmoothOptions { sweeps: 6, keep_aspect: 1.0, ..SmoothOptions::default() };
     let mut are_new = vec![true; base.triangles.len()];
     carried.patches.iter().flat_map(|patch| &patch.triangles).for_each(|&t| are_new[t as usize] = false);

@@ -25,7 +25,8 @@ use surface::smooth_star::Reference;
 const REACHING_ROUNDS: usize = 2;
 /// Times that the pull starts over with what it slipped off held, at most.
 const RETURNS: usize = 3;
-/// Times that the barrier energy has the last word. Each takes a tenth to a third of a degree off the angles of 4,000 quads, for 60 ms.
+/// Times that the barrier energy has the last word: with 4 the mean angle deviation is 0.2 to 0.7 degrees less than with 1, with 8
+/// another 0.2 at most.
 const TIMES: usize = 4;
 /// They are left again where that takes quads of less than this quality.
 const WORST_REACHED: f64 = 0.15;
