@@ -10,7 +10,7 @@ use crate::{strips, universal};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most sides a pattern has.
-const MOST_SIDES: usize = 6;
+pub(crate) const MOST_SIDES: usize = 6;
 
 /// Most moves before a pattern.
 const MOST_MOVES: u32 = 3;

@@ -461,7 +461,7 @@ pub(crate) fn warnings(report: &Report) -> Vec<String> {
         let why = if report.faces > target {
             "the features need so many"
         } else {
-            "rows of quads that run over much of the surface leave no number in between"
+            "quads without room were replaced by fewer, or long rows of them leave no number in between"
         };
         said.push(format!("{} quads instead of {target}: {why}", report.faces));
     }

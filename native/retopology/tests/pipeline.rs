@@ -101,3 +101,29 @@ fn fewer_irregular_vertices_at_the_same_features() {
         assert!((faces - 1.0).abs() < 0.05, "{name}: {faces}");
     }
 }
+
+#[test]
+fn painted_sizes_are_realised_between_features() {
+    // A sheet with holes, whose right end wants edges a quarter as long as its left one; the holes hold counts up.
+    let block = punched_block(9, 3, &[(1, 1), (3, 1), (5, 1), (7, 1)].into(), 2);
+    let [left, right] = [f64::min, f64::max].map(|pick| block.positions.iter().map(|p| p.x).reduce(pick).unwrap());
+    let along = |p: &DVec3| (p.x - left) / (right - left);
+    let mut options = Options::default();
+    options.layout.size = Size::TargetFaces(3000);
+    options.layout.density =
+        block.positions.iter().map(|p| 4_f64.powf(-(3.0 * along(p) - 1.0).clamp(0.0, 1.0))).collect();
+    let made = retopologize(&block, &sharp(&block), &options, &Monitor::new()).unwrap();
+    assert_eq!(judge(&block, &made.mesh), Ok(0));
+    let faces = made.mesh.face_count() as f64;
+    assert!((faces / 3000.0 - 1.0).abs() < 0.02, "{faces} quads");
+    let mean_area = |from: f64, to: f64| {
+        let areas: Vec<f64> = (0..made.mesh.face_count())
+            .map(|f| made.mesh.face_points(f).collect::<Vec<_>>())
+            .filter(|p| p.iter().all(|p| (from..=to).contains(&along(p))))
+            .map(|p| (p[2] - p[0]).cross(p[3] - p[1]).length() / 2.0)
+            .collect();
+        areas.iter().sum::<f64>() / areas.len() as f64
+    };
+    let contrast = (mean_area(-0.01, 1.0 / 3.0) / mean_area(2.0 / 3.0, 1.01)).sqrt();
+    assert!((3.0..5.0).contains(&contrast), "edges differ by {contrast}");
+}

@@ -174,8 +174,22 @@ impl Editable {
         self.sectors.insert((v, first), ideal);
     }
 
+    /// Quads that a vertex should have more, negative for fewer; an anchored one in the sector of quad `q`.
+    pub(super) fn missing(&self, q: u32, v: u32) -> i32 {
+        if !self.anchored[v as usize] {
+            return 4 - self.around[v as usize].len() as i32;
+        }
+        let place = self.fan(v).iter().position(|&(p, _)| p == q).unwrap_or(0);
+        let mut passed = 0;
+        let sector = self.sectors_of(v).into_iter().find(|&(_, _, count, _)| {
+            passed += count as usize;
+            place < passed
+        });
+        sector.map_or(0, |(first, _, count, _)| self.ideal(v, first) as i32 - count as i32)
+    }
+
     /// Quads wanted in the sector of an anchored vertex whose first edge goes to `first`.
-    pub(super) fn ideal(&self, v: u32, first: u32) -> u32 {
+    fn ideal(&self, v: u32, first: u32) -> u32 {
         self.sectors.get(&(v, first)).copied().unwrap_or(2)
     }
 

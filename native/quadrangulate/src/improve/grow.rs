@@ -2,6 +2,7 @@
 
 use super::editable::{sector_cost, valence_cost};
 use super::refill::Refill;
+use crate::fill::MOST_SIDES;
 use mesh::NONE;
 use std::collections::VecDeque;
 use surface::smooth::Constraint;
@@ -99,20 +100,9 @@ impl Refill<'_, '_> {
     /// Quads the disk should have at a vertex of its border.
     fn wanted(&self, v: u32) -> i32 {
         let mesh = &self.search.mesh;
-        let inside = self.disk.inside[v as usize] as i32;
-        if !mesh.anchored[v as usize] {
-            return 4 - (mesh.around[v as usize].len() as i32 - inside);
-        }
-        // In the sector with the disk's quads.
-        let in_disk = mesh.fan(v).iter().position(|&(q, _)| self.disk.has(q)).unwrap_or(0);
-        let mut passed = 0;
-        for (first, _, count, _) in mesh.sectors_of(v) {
-            passed += count as usize;
-            if in_disk < passed {
-                return mesh.ideal(v, first) as i32 - (count as i32 - inside);
-            }
-        }
-        2
+        let corner = |&q: &u32| Some((q, mesh.quads[q as usize]?.iter().position(|&w| w == v)?));
+        let in_disk = mesh.around[v as usize].iter().filter(|&&q| self.disk.has(q)).find_map(corner);
+        in_disk.map_or(2, |(q, k)| self.missing[q as usize][k] + self.disk.inside[v as usize] as i32)
     }
 
     /// Takes in what lies at reflex vertices of the border, and at those with too many quads outside.
@@ -219,24 +209,25 @@ impl Refill<'_, '_> {
                 return None;
             }
         }
-        let corners: Vec<usize> = (0..vertices.len()).filter(|&k| self.wanted(vertices[k]) <= 1).collect();
-        let first = *corners.first()?;
+        let wanted: Vec<i32> = vertices.iter().map(|&v| self.wanted(v)).collect();
+        let corners: Vec<usize> = (0..vertices.len()).filter(|&k| wanted[k] <= 1).collect();
+        let first = *corners.first().filter(|_| corners.len() <= MOST_SIDES)?;
         let after = corners.iter().skip(1).copied().chain([first + vertices.len()]);
         let sides = corners.iter().zip(after).map(|(from, to)| (to - from) as u32).collect();
-        let is_corner = |k: usize| corners.binary_search(&k).is_ok();
-        let cost = (0..vertices.len()).map(|k| self.cost_with(vertices[k], if is_corner(k) { 1 } else { 2 })).sum();
+        // A pattern has one quad at a corner, two elsewhere.
+        let with_pattern = |(&v, &wanted): (&u32, &i32)| self.cost_with(v, wanted, if wanted <= 1 { 1 } else { 2 });
+        let cost = vertices.iter().zip(&wanted).map(with_pattern).sum();
         vertices.rotate_left(first);
         Some(Rim { vertices, sides, cost })
     }
 
     /// What a vertex of the border would cost with so many quads in the disk.
-    fn cost_with(&self, v: u32, inside: i32) -> i32 {
-        let off = inside - self.wanted(v);
+    fn cost_with(&self, v: u32, wanted: i32, inside: i32) -> i32 {
+        let off = inside - wanted;
         if !self.search.mesh.anchored[v as usize] {
             return valence_cost(off);
         }
         // Its other sectors stay as they are.
-        let now = self.disk.inside[v as usize] as i32 - self.wanted(v);
-        self.search.cost[v as usize] - sector_cost(now) + sector_cost(off)
+        self.search.cost[v as usize] - sector_cost(self.disk.inside[v as usize] as i32 - wanted) + sector_cost(off)
     }
 }

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 /// Passes over the irregular vertices at most.
 const PASSES: usize = 4;
 /// The number of quads changes by no more than this fraction.
-const MOST_DRIFT: f64 = 0.02;
+const MOST_DRIFT: f64 = 0.015;
 /// Ways in which disks grow towards other irregular vertices: in the second the nearest is passed over, and so on. One more
 /// way is to grow evenly.
 const WAYS: usize = 3;
@@ -45,6 +45,8 @@ pub(super) struct Refill<'s, 'a> {
     pub stays: &'s [bool],
     /// The quad beyond each edge of each quad, or [`NONE`], and whether the edge is a feature.
     pub across: Vec<[(u32, bool); 4]>,
+    /// Quads missing at each corner of each quad: those that its vertex should have, in its sector, less those that it has.
+    pub missing: Vec<[i32; 4]>,
     pub disk: Disk,
     /// Most quads in a disk.
     pub most: usize,
@@ -57,7 +59,7 @@ impl<'s, 'a> Refill<'s, 'a> {
     pub fn new(search: &'s mut Search<'a>, stays: &'s [bool], most: usize) -> Self {
         let quads = search.mesh.quads.len();
         let most_drift = (quads as f64 * MOST_DRIFT) as i64;
-        let mut refill = Self { search, stays, across: vec![], disk: Disk::default(), most, drift: 0, most_drift };
+        let mut refill = Self { search, stays, across: vec![], missing: vec![], disk: Disk::default(), most, drift: 0, most_drift };
         (0..quads as u32).for_each(|q| refill.link(q));
         refill
     }
@@ -100,12 +102,14 @@ impl<'s, 'a> Refill<'s, 'a> {
         let mesh = &self.search.mesh;
         if self.across.len() <= q as usize {
             self.across.resize(q as usize + 1, [(NONE, false); 4]);
+            self.missing.resize(q as usize + 1, [0; 4]);
         }
         if let Some(quad) = mesh.quads[q as usize] {
             self.across[q as usize] = [0, 1, 2, 3].map(|k| {
                 let (a, b) = (quad[k], quad[(k + 1) & 3]);
                 (mesh.directed(b, a).map_or(NONE, |(other, _)| other), mesh.is_feature(a, b))
             });
+            self.missing[q as usize] = quad.map(|v| mesh.missing(q, v));
         }
     }
 
