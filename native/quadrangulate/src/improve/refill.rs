@@ -59,7 +59,8 @@ impl<'s, 'a> Refill<'s, 'a> {
     pub fn new(search: &'s mut Search<'a>, stays: &'s [bool], most: usize) -> Self {
         let quads = search.mesh.quads.len();
         let most_drift = (quads as f64 * MOST_DRIFT) as i64;
-        let mut refill = Self { search, stays, across: vec![], missing: vec![], disk: Disk::default(), most, drift: 0, most_drift };
+        let mut refill =
+            Self { search, stays, across: vec![], missing: vec![], disk: Disk::default(), most, drift: 0, most_drift };
         (0..quads as u32).for_each(|q| refill.link(q));
         refill
     }
