@@ -38,6 +38,9 @@ const SWEEPS: usize = 4;
 /// Where to try again is not worth it: the clock when a vertex was tried last, and the vertices that its disks came to.
 type Tried = BTreeMap<u32, (u32, Vec<u32>)>;
 
+/// Where the vertices of a pattern go, and the edge lengths wanted there.
+type Laid = (Vec<DVec3>, Vec<f64>);
+
 /// What a refilling search needs beside [`Search`].
 pub(super) struct Refill<'s, 'a> {
     pub search: &'s mut Search<'a>,
@@ -213,18 +216,14 @@ impl<'s, 'a> Refill<'s, 'a> {
         let mut beside: Vec<u32> = rim.vertices.iter().flat_map(around).chain(new_quads).collect();
         beside.sort_unstable();
         beside.dedup();
-        beside.into_iter().for_each(|q| self.link(q));
+        for q in beside {
+            self.link(q);
+        }
         Ok(true)
     }
 
-    /// Where the vertices of a pattern go, laid over the disk's quads, and the edge lengths wanted there; `None` when the disk
-    /// cannot be mapped.
-    fn places(
-        &self,
-        rim: &Rim,
-        pattern: &PatchTopology,
-        monitor: &Monitor,
-    ) -> Result<Option<(Vec<DVec3>, Vec<f64>)>, Cancelled> {
+    /// Lays a pattern over the disk's quads; `None` when they cannot be mapped.
+    fn places(&self, rim: &Rim, pattern: &PatchTopology, monitor: &Monitor) -> Result<Option<Laid>, Cancelled> {
         let (mesh, disk) = (&self.search.mesh, &self.disk);
         let mut inner: Vec<u32> = disk.vertices.iter().copied().filter(|v| !rim.vertices.contains(v)).collect();
         inner.sort_unstable();
