@@ -181,6 +181,31 @@ fn paper() -> SurfaceOptions {
     SurfaceOptions { partition: Partition::Paper, ..SurfaceOptions::default() }
 }
 
+/// Half edges are used where they make panels more equal, and every side is near its length then.
+#[test]
+fn a_slice_of_few_panels_has_sides_of_half_edges() {
+    let surface = TriangleMesh::from_polygons(&slice()).0;
+    let result = tile_surface(&surface, 0.109, &paper(), &Monitor::new()).expect("a sound surface");
+    assert!(!result.halfway_nodes.is_empty(), "no sides of half edges");
+    let irregular: Vec<u32> = result.defects.iter().map(|(v, _)| *v).collect();
+    let (graph, tiles) = (result.patch_graph.expect("patches"), result.patch_tiles.expect("patches"));
+    for node in &result.halfway_nodes {
+        assert!(!irregular.contains(node), "node {node} is irregular");
+    }
+    // Edges that turn by 30 degrees count as they run along their side.
+    let along = |course: &[i8]| {
+        course.iter().map(|&offset| (f64::from(offset) * std::f64::consts::FRAC_PI_6).cos()).sum::<f64>()
+    };
+    let error: f64 = graph
+        .sides
+        .iter()
+        .zip(&tiles.courses)
+        .map(|(side, course)| (along(course), side.length() / result.edge_length))
+        .map(|(edges, wanted)| (edges - wanted).powi(2) / wanted)
+        .sum();
+    assert!(error < 1.5, "the lengths err by {error}");
+}
+
 /// Divides the parts of a design until all are flat, with so many nodes of 30 degrees inside: the best proposals first.
 fn divided(design: &PatchDesign, patches: usize, tried: &mut usize) -> Option<PatchDesign> {
     let defects = design.defects();

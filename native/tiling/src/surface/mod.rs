@@ -22,6 +22,7 @@
 //! at the corners of its patches, fewer of them; along borders the combinatorial angles alternate between 4 and 7.
 
 mod assemble;
+mod bars;
 mod chart;
 mod choice;
 mod chords;
@@ -67,6 +68,7 @@ pub use shape::{Along, ShapeOptions};
 pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
 
 use crate::{Kind, TilingError};
+use bars::{MOST_BENT, MOST_SPREAD};
 use input::Input;
 use layout::{Draft, TOLERANCES};
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, Topology, TriangleMesh};
@@ -88,9 +90,6 @@ const CURVE_STEP: f64 = 2.85;
 /// the panels, as on a tube of two panels around, smaller ones fit.
 const SMALLER: [f64; 11] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12];
 
-/// Patches whose panels are more unequal than this (the spread of their edges) are no patches to build: the surface is not flat enough in
-/// them.
-const MOST_SPREAD: f64 = 0.2;
 /// A patch graph whose mesh has no more flaws than this is taken without looking at others ([`SurfaceTiling::flaws`]).
 const FEW_FLAWS: f64 = 0.15;
 
@@ -339,7 +338,14 @@ impl SurfaceTiling {
         spread(self.panels.iter().flat_map(|panel| panel.edges.iter().copied()))
     }
 
-    /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, and ten times that of rhombi, summed.
+    /// Mean planarity of quads.
+    fn bent(&self) -> f64 {
+        let quads = self.panels.iter().filter(|panel| panel.kind != Kind::Triangle);
+        quads.clone().map(|quad| quad.planarity).sum::<f64>() / quads.count().max(1) as f64
+    }
+
+    /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, ten times that of rhombi, and what
+    /// quads are bent above the bar, in bars, summed.
     fn flaws(&self) -> f64 {
         let topology = Topology::of(&self.mesh);
         let irregular = self.defects.iter().filter(|(v, _)| !topology.is_border_vertex(*v)).count() as f64;
@@ -347,6 +353,7 @@ impl SurfaceTiling {
         self.spread()
             + irregular / self.interior_vertices.max(1) as f64
             + 10.0 * rhombi / self.panels.len().max(1) as f64
+            + (self.bent() / MOST_BENT - 1.0).max(0.0)
     }
 }
 
@@ -466,7 +473,7 @@ fn of_patches(
                 break;
             }
         }
-        if best.is_some() {
+        if best.as_ref().is_some_and(|(_, tiling)| tiling.bent() <= MOST_BENT) {
             break;
         }
     }
@@ -501,7 +508,7 @@ impl Attempt {
             refilled = fill::refill(&mut pattern, patch_panels, options.fill.seed(), monitor)?;
         }
         lap(2);
-        let turned = shape::shape(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
+        let turned = bars::shape_to_bars(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
         lap(3);
         Ok(Self { edge_length, pattern, turned, refilled })
     }

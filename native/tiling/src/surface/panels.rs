@@ -1,7 +1,7 @@
 //! What each panel is like, for schedules and for the bars: kind, planarity, area, edges; and the irregular vertices.
 
 use crate::Kind;
-use mesh::{PolygonMesh, Topology};
+use mesh::{DVec3, PolygonMesh, Topology};
 use std::collections::BTreeMap;
 
 /// One face of the result.
@@ -30,16 +30,21 @@ impl Panel {
                     let area = (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
                     return Self { kind, planarity: 0.0, area, edges };
                 }
-                let (first, second) = (p[2] - p[0], p[3] - p[1]);
-                let across = first.cross(second).normalize_or_zero();
-                let mean = f64::midpoint(first.length(), second.length());
-                let planarity = if mean > 0.0 { across.dot(p[1] - p[0]).abs() / mean } else { 0.0 };
+                let planarity = planarity([p[0], p[1], p[2], p[3]]);
                 let half = |a: usize, b: usize| (p[a] - p[0]).cross(p[b] - p[0]).length() / 2.0;
                 let area = half(1, 2) + half(2, 3);
                 Self { kind, planarity, area, edges }
             })
             .collect()
     }
+}
+
+/// Distance between the diagonals of a quad over their mean length.
+pub(super) fn planarity(p: [DVec3; 4]) -> f64 {
+    let (first, second) = (p[2] - p[0], p[3] - p[1]);
+    let across = first.cross(second).normalize_or_zero();
+    let mean = f64::midpoint(first.length(), second.length());
+    if mean > 0.0 { across.dot(p[1] - p[0]).abs() / mean } else { 0.0 }
 }
 
 /// Combinatorial angle defects, in units of 30 degrees, of the vertices where they are not zero: 12 less the angles around

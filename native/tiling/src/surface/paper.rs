@@ -9,7 +9,7 @@ use super::partition::WARY;
 use super::pattern::{Pattern, Place};
 use super::paving::{Paving, pave};
 use super::zigzag::{Edit, Zigzag, zigzagged};
-use super::{Fill, MOST_SPREAD, SurfaceError, SurfaceOptions, SurfaceTiling, fill, shape, spread};
+use super::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, bars, fill};
 use crate::Kind;
 use glam::DVec2;
 use mesh::{DVec3, Monitor, PolygonMesh};
@@ -18,10 +18,6 @@ use std::time::{Duration, Instant};
 
 /// Half edges are worth moving nodes for when they take this part off the error of the lengths, or more.
 const WORTH: f64 = 0.15;
-
-/// The weight of equal edges where without it they are too unequal: then they matter more than angles. More of it moves panels off the
-/// surface and gains little (a torus of 500 squares: spread 20.1% without, 18.9% with 0.3, 18.7% with 1, closeness 0.6% and 0.95%).
-const EVEN: f64 = 0.5;
 
 /// A surface with the patches that it was divided into: what edits of the patch graph do not change.
 pub(super) struct Ground {
@@ -93,23 +89,9 @@ impl Paper {
             .map(|(layout, paving)| {
                 let (input, draft) = (Arc::clone(input), draft.clone());
                 let ground = Arc::new(Ground { input, draft, layout, edge_length, options: options.clone() });
-                Self::shaped(ground, paving, lap, monitor)?.evened(lap, monitor)
+                Self::shaped(ground, paving, lap, monitor)
             })
             .collect()
-    }
-
-    /// Shaped anew for equal edges, where these are too unequal and the caller asked for nothing of the kind.
-    fn evened(mut self, lap: &mut impl FnMut(usize), monitor: &Monitor) -> Result<Self, SurfaceError> {
-        let Pattern { positions, tiles, .. } = &self.pattern;
-        let edges = tiles.iter().flat_map(|tile| (0..tile.len()).map(|k| [tile[k], tile[(k + 1) % tile.len()]]));
-        let is_uneven = spread(edges.map(|[a, b]| positions[a as usize].distance(positions[b as usize]))) > MOST_SPREAD;
-        match Arc::get_mut(&mut self.ground) {
-            Some(ground) if is_uneven && self.turned.is_empty() && ground.options.shape.uniformity == 0.0 => {
-                ground.options.shape.uniformity = EVEN;
-                Self::shaped(self.ground, self.paving, lap, monitor)
-            }
-            _ => Ok(self),
-        }
     }
 
     /// Puts the tiles on the surface.
@@ -131,7 +113,7 @@ impl Paper {
         }
         lap(2);
         let curves = &ground.layout.curves;
-        let turned = shape::shape(&ground.input.mesh, curves, &mut pattern, ground.options.shape, monitor)?;
+        let turned = bars::shape_to_bars(&ground.input.mesh, curves, &mut pattern, ground.options.shape, monitor)?;
         lap(3);
         Ok(Self { ground, paving, pattern, kinds, turned, refilled })
     }

@@ -111,14 +111,22 @@ struct Shaper<'a> {
     triangle: Vec<u32>,
 }
 
-/// Puts the pattern on the surface and shapes it; the tiles that are turned over in the end.
+/// What came of shaping.
+pub(super) struct Shaped {
+    /// Tiles that are turned over.
+    pub turned: Vec<u32>,
+    /// Most distance of a vertex from the surface.
+    pub farthest: f64,
+}
+
+/// Puts the pattern on the surface and shapes it.
 pub(super) fn shape(
     surface: &TriangleMesh,
     curves: &[Curve],
     pattern: &mut Pattern,
     options: ShapeOptions,
     monitor: &Monitor,
-) -> Result<Vec<u32>, SurfaceError> {
+) -> Result<Shaped, SurfaceError> {
     let count = pattern.positions.len();
     let mut tiles_at = vec![Vec::new(); count];
     let mut uses: BTreeMap<[u32; 2], u8> = BTreeMap::new();
@@ -175,8 +183,9 @@ pub(super) fn shape(
         .collect();
     shaper.guarded(&mut positions, &on_curves);
     let turned = shaper.turned(&positions);
+    let farthest = positions.iter().map(|&p| shaper.closest.project(p).distance).fold(0.0, f64::max);
     pattern.positions = positions;
-    Ok(turned)
+    Ok(Shaped { turned, farthest })
 }
 
 impl Shaper<'_> {
@@ -212,11 +221,12 @@ impl Shaper<'_> {
         Ok(placed)
     }
 
-    fn weight(&self, v: usize, closeness: f64) -> f64 {
+    fn weight(&self, v: usize, aims: Aims) -> f64 {
         match self.pattern.places[v] {
-            Place::Free if self.tiles_at[v].len() <= 4 && self.is_tip(v) => TIP * closeness,
-            Place::Free => closeness,
-            _ => ON_CURVE,
+            Place::Free if self.tiles_at[v].len() <= 4 && self.is_tip(v) => TIP * aims.closeness,
+            Place::Free => aims.closeness,
+            // Flat quads do not pull borders off their curves, however much they are asked for.
+            _ => ON_CURVE.max(aims.planarity),
         }
     }
 
@@ -262,7 +272,7 @@ impl Shaper<'_> {
             }
         }
         for v in 0..count {
-            triplets.push((v, v, if self.is_fixed(v) { 1.0 } else { self.weight(v, aims.closeness) }));
+            triplets.push((v, v, if self.is_fixed(v) { 1.0 } else { self.weight(v, aims) }));
         }
         Ok(System { factor: Factor::new(count, &triplets)?, pinned })
     }
@@ -305,7 +315,7 @@ impl Shaper<'_> {
             if v % 4096 == 0 {
                 monitor.check()?;
             }
-            right[v] += self.weight(v, aims.closeness) * self.nearest(v, p);
+            right[v] += self.weight(v, aims) * self.nearest(v, p);
         }
         for tile in &self.pattern.tiles {
             let up = self.up(tile, positions);
