@@ -306,7 +306,7 @@ def retopologize(
     detect_length: shorter ones are dropped; fraction of the bounding-box diagonal, 0 to 1.
     corner_angle: features have a corner where they turn by more than this; radians, 0 to pi, by default 50 degrees.
     base_vertices: vertices of an even base triangulation, 4 to 100,000; features add more where they need them.
-    coarseness: even edge lengths (0) or the coarsest layout, with the fewest irregular vertices (1); 0 to 1.
+    coarseness: even edge lengths (0) or the coarsest layout, with the fewest patches (1); 0 to 1.
     pairing: how base triangles become patches; "matching" is the paper's rule.
     improve: whether irregular vertices away from features are taken out by laying disks of quads anew; never where
         coarseness is 1 or a template was chosen.

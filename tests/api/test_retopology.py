@@ -263,8 +263,14 @@ def test_every_option_gives_a_valid_mesh(options):
 
 
 def test_a_coarser_layout_has_fewer_irregular_vertices():
-    counts = [quadloom.retopologize(shipped("osd_torus"), coarseness=c).report["irregular_vertices"] for c in (0.0, 1.0)]
-    assert counts[1] < counts[0]
+    results = [quadloom.retopologize(shipped("osd_torus"), coarseness=c, improve=False).report for c in (0.0, 1.0)]
+    assert results[1]["irregular_vertices"] < results[0]["irregular_vertices"]
+    assert results[1]["base_complex"] < results[0]["base_complex"] / 4
+
+
+def test_irregular_vertices_are_taken_out():
+    laid, improved = (quadloom.retopologize(shipped("osd_torus"), improve=improve).report for improve in (False, True))
+    assert improved["irregular_vertices"] <= laid["irregular_vertices"] / 2
 
 
 def test_the_same_input_gives_the_same_bytes_for_any_number_of_threads():

@@ -24,6 +24,8 @@ const MOST_LOST: f64 = 1.5;
 /// its quads has bad ones everywhere.
 const MOST_PLACES: usize = 60;
 const MOST_IN_VAIN: usize = 12;
+/// For quads that are not inverted the number of quads changes by one in so many at most.
+const MOST_DRIFT: usize = 50;
 /// States that the search looks at in one place. More are no better: many places, each looked at briefly, mend more in less time.
 const BUDGET: usize = 250;
 
@@ -58,7 +60,7 @@ pub(crate) fn mend(
     sound: f64,
     monitor: &Monitor,
 ) -> Result<Mended, LayoutError> {
-    let before = patch.positions.len();
+    let (before, wanted) = (patch.positions.len(), patch.quads.len());
     let features: BTreeSet<[u32; 2]> = setting.features.iter().map(|&[a, b]| mesh::sorted(a, b)).collect();
     let mut quality_of = qualities(&patch, setting.surfaces);
     let mut tried = vec![false; patch.quads.len()];
@@ -96,6 +98,10 @@ pub(crate) fn mend(
         }
         if lost(&own_places, &better.patch) > MOST_LOST {
             // It made room by giving up a finger or a horn.
+            continue;
+        }
+        let count = patch.quads.len() + better.patch.quads.len() - region.quads.len();
+        if old > INVERTED && count.abs_diff(wanted) > patch.quads.len().abs_diff(wanted).max(wanted / MOST_DRIFT) {
             continue;
         }
         let beyond = region.sides_beyond(&patch);

@@ -11,6 +11,7 @@ use crate::keep::{Carried, Kept};
 use crate::mend;
 use crate::pairing::{Given, Pairing, pair};
 use crate::patch::Plan;
+use crate::pipeline::NEAR_TARGET;
 use crate::rails::Rails;
 use crate::surfaces::Ground;
 use crate::templates::{self, Catalogue, TemplateChoice};
@@ -329,7 +330,10 @@ pub(crate) fn quads_after(
         let stays: Vec<bool> = work.filled.patch_of.iter().map(|&p| patches[p as usize].template.is_some()).collect();
         work.refill(&stays, monitor)?;
         clock.stop("refill");
-        work.relax(&vec![true; work.filled.positions.len()], &wanted, &smooth, monitor)?;
+        // As if all were new, so that what is kept makes no difference.
+        let are_new = vec![true; base.triangles.len()];
+        let all = Wanted { rounds: options.rounds, are_new: &are_new, ..wanted };
+        work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, monitor)?;
         clock.stop("relax");
     }
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
@@ -339,6 +343,10 @@ pub(crate) fn quads_after(
         work.optimise(&work.lengths(&wanted), [0, 1], &smooth, monitor)?;
         let more = work.mend(&smooth, sound, monitor)?;
         (mended, inverted) = (mended + more.0, more.1);
+    }
+    if refills && target.is_some_and(|target| (work.filled.quads.len() as f64) < (1.0 - NEAR_TARGET) * target) {
+        // There is little room, and mending took quads out as well: as they were laid they are more.
+        return quads_after(ground, names, &LayoutOptions { improve: false, ..options.clone() }, last, monitor);
     }
     clock.stop("improve");
     monitor.stage("source", 0.95)?;
