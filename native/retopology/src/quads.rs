@@ -226,36 +226,19 @@ pub(crate) fn quads_after(
     let first = carried.patches.len();
     let target = if let Size::TargetFaces(faces) = options.size { Some(faces as f64) } else { None };
     let rails = Rails::new(base, measures, &options.fixed);
-    let mut least = vec![1; base.edges.len()];
+    let one_each = vec![1; base.edges.len()];
+    let plan =
+        Plan { base, measures, patches: &patches, templates: &templates, size: &size, plain: &plain, least: &one_each };
+    let mut least = one_each.clone();
     // Sizes are wanted as they were before, where quads stay.
-    let contrast = if first > 0 {
-        carried.contrast
-    } else {
-        let plan = Plan {
-            base,
-            measures,
-            patches: &patches,
-            templates: &templates,
-            size: &size,
-            plain: &plain,
-            least: &least,
-        };
-        Contrast::new(plan, &painted, options.size, irregularity, monitor)?
-    };
+    let contrast =
+        if first > 0 { carried.contrast } else { Contrast::new(plan, &painted, options.size, irregularity, monitor)? };
     // What lies inside patches follows the sizes as painted.
     let counted = contrast.sizes(&size, &painted);
     let (mut counts, mut topologies, mut filled);
     let mut round = 0;
     loop {
-        let plan = Plan {
-            base,
-            measures,
-            patches: &patches,
-            templates: &templates,
-            size: &size,
-            plain: &plain,
-            least: &least,
-        };
+        let plan = Plan { least: &least, ..plan };
         let new = Plan { patches: &patches[first..], ..plan };
         let found = if first > 0 {
             let given = [carried.edge_length, irregularity];

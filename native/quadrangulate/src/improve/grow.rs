@@ -97,6 +97,14 @@ impl Refill<'_, '_> {
         true
     }
 
+    /// Adds the quads around a vertex. Twice: one may touch the others at its corner only, until the one between is there.
+    pub(super) fn surround(&mut self, v: u32) {
+        let around = self.search.mesh.around[v as usize].clone();
+        for q in [&around[..], &around[..]].concat() {
+            self.add(q);
+        }
+    }
+
     /// Quads the disk should have at a vertex of its border.
     fn wanted(&self, v: u32) -> i32 {
         let mesh = &self.search.mesh;
@@ -174,10 +182,7 @@ impl Refill<'_, '_> {
             grown |= self.add(q);
         }
         if let Some((_, v)) = found.filter(|_| grown) {
-            let around = self.search.mesh.around[v as usize].clone();
-            for q in [&around[..], &around[..]].concat() {
-                self.add(q);
-            }
+            self.surround(v);
         }
         grown
     }

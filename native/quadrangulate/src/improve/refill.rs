@@ -122,14 +122,10 @@ impl<'s, 'a> Refill<'s, 'a> {
     fn at(&mut self, v: u32, seen: &mut Vec<u32>, monitor: &Monitor) -> Result<bool, Cancelled> {
         for way in 0..=WAYS {
             monitor.check()?;
-            let around = self.search.mesh.around[v as usize].clone();
             let mesh = &self.search.mesh;
-            let Some(&seed) = around.first() else { break };
+            let Some(&seed) = mesh.around[v as usize].first() else { break };
             self.disk.clear(mesh.surface_of[seed as usize], mesh.quads.len(), mesh.positions.len());
-            // Twice: a quad may touch the others at its corner only until the one between is there.
-            for q in [&around[..], &around[..]].concat() {
-                self.add(q);
-            }
+            self.surround(v);
             let mut passed_over = way;
             loop {
                 self.straighten();
