@@ -1,11 +1,11 @@
 //! A row for each OBJ file: what the acceptance bars of feature retopology measure.
 //!
 //! `cargo run -p quadloom-retopology --example bars -- [--faces N] [--plain] [--detect] [--coarse] [--irregularity X]
-//! [--rounds N] [--vertices N] [--aspect X] [--least-quads X] [--paint R] [--as-laid] [--out FOLDER] FILE.obj...`
+//! [--rounds N] [--vertices N] [--aspect X] [--least-quads X] [--paint R] [--as-laid] [--stages] [--out FOLDER] FILE.obj...`
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`; `--detect` adds those found. `--paint R`
 //! wants edges R times as long in the left third as in the right one, and prints what was made of it. `--coarse` asks for the
-//! coarsest layout. With `--out`, writes `NAME.obj` and `NAME_base.obj`. The columns are those of the judge, measured anew: irregular
+//! coarsest layout; `--stages` prints the seconds of each stage. With `--out`, writes `NAME.obj` and `NAME_base.obj`. The columns are those of the judge, measured anew: irregular
 //! vertices; patches of the base complex; least scaled Jacobian and its first percentile; mean deviation of angles, degrees;
 //! two-way distance at samples, percent of the diagonal; percent of the features within 5% and 1% of the mean edge of
 //! an edge within 10 degrees of their direction; inverted quads; quads; Euler characteristic before and after; seconds.
@@ -22,7 +22,7 @@ type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
     let mut options = Options::default();
-    let (mut plain, mut out, mut paint, mut files) = (false, None, 1.0, Vec::new());
+    let (mut plain, mut stages, mut out, mut paint, mut files) = (false, false, None, 1.0, Vec::new());
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
@@ -37,6 +37,7 @@ fn main() -> Result<(), Failure> {
             "--coarse" => options.layout.irregularity = f64::INFINITY,
             "--detect" => options.base.detect = Some(retopology::detect::DetectOptions::default()),
             "--plain" => plain = true,
+            "--stages" => stages = true,
             "--as-laid" => options.layout.improve = false,
             "--out" => out = Some(PathBuf::from(value()?)),
             _ => files.push(PathBuf::from(word)),
@@ -70,6 +71,9 @@ fn main() -> Result<(), Failure> {
             }
         };
         let seconds = start.elapsed().as_secs_f64();
+        if stages {
+            println!("{:?}", made.report.seconds);
+        }
         let quads = Judged::new(&made.mesh);
         let [within_5, within_1] = followed(&made.mesh, &mesh, &features.edges);
         println!(

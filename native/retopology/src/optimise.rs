@@ -9,8 +9,7 @@
 
 use crate::error::LayoutError;
 use crate::surfaces::Chart;
-use mesh::DVec3;
-use mesh::Monitor;
+use mesh::{DVec3, Monitor, NONE};
 use rayon::prelude::*;
 use solve::cholesky::Factor;
 use surface::smooth::{Constraint, Patch, SmoothOptions, SmoothReport, smooth_quads};
@@ -24,8 +23,6 @@ const HOLD_ON_RAIL: f64 = 3.0;
 const FLOOR: f64 = 0.4;
 /// No edge gets shorter than this fraction of the wanted length by the pull, or than it is.
 const SHORTEST: f64 = 0.15;
-/// Sweeps of the barrier energy before the pull.
-const UNTANGLING_SWEEPS: usize = 3;
 /// Share of the way from a quad's area to the wanted one, in logarithms, and the most its sides are stretched for it. Without
 /// such a pull quads slip off fingertips, and rows bunch up; but it shears quads: with 0.4 their angles were off by 9 to 15
 /// degrees on CAD parts, with this by 7 to 13.
@@ -44,14 +41,12 @@ pub(crate) struct Shape<'a> {
     pub lengths: &'a [f64],
 }
 
-/// Moves `positions` in place. `rounds` of the rectangles' pull, about 5 ms each for 4,000 quads, then the barrier energy `times` over,
-/// each time with the aspects that quads have by then.
-pub(crate) fn optimise(
+/// Moves `positions` in place by the barrier energy, `times` over, each time with the aspects that quads have by then.
+pub(crate) fn smooth(
     shape: &Shape<'_>,
     positions: &mut [DVec3],
-    rounds: usize,
     times: usize,
-    smooth: &SmoothOptions,
+    options: &SmoothOptions,
     monitor: &Monitor,
 ) -> Result<SmoothReport, LayoutError> {
     let surfaces: Vec<&dyn Reference> = shape.charts.iter().map(|chart| chart as &dyn Reference).collect();
@@ -62,18 +57,19 @@ pub(crate) fn optimise(
         chains: shape.lines,
         surfaces: &surfaces,
     };
-    if rounds > 0 {
-        // The pull keeps quads valid that are, so that they must be made so first.
-        smooth_quads(patch, positions, &SmoothOptions { sweeps: UNTANGLING_SWEEPS, ..*smooth }, monitor)?;
-        square_up(shape, positions, rounds, monitor)?;
-    }
     for _ in 1..times {
-        smooth_quads(patch, positions, &SmoothOptions { worst_sweeps: 0, ..*smooth }, monitor)?;
+        smooth_quads(patch, positions, &SmoothOptions { worst_sweeps: 0, ..*options }, monitor)?;
     }
-    Ok(smooth_quads(patch, positions, smooth, monitor)?)
+    Ok(smooth_quads(patch, positions, options, monitor)?)
 }
 
-fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor: &Monitor) -> Result<(), LayoutError> {
+/// Moves `positions` in place by `rounds` of the rectangles' pull, about 5 ms each for 4,000 quads. Quads that are valid stay so.
+pub(crate) fn pull(
+    shape: &Shape<'_>,
+    positions: &mut [DVec3],
+    rounds: usize,
+    monitor: &Monitor,
+) -> Result<(), LayoutError> {
     let unknown: Vec<usize> = (0..positions.len()).filter(|&v| shape.constraints[v] != Constraint::Fixed).collect();
     if unknown.is_empty() || rounds == 0 {
         return Ok(());
@@ -109,6 +105,8 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
             around[v as usize].push(q as u32);
         }
     }
+    // The triangle under each vertex, where the next search begins.
+    let mut under = vec![NONE; unknown.len()];
     for _ in 0..rounds {
         monitor.check()?;
         let mut right: Vec<DVec3> = unknown.iter().zip(&hold).map(|(&v, &w)| positions[v] * w).collect();
@@ -134,15 +132,16 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
         factor.solve_many(&mut columns)?;
         let feet: Vec<DVec3> = unknown
             .par_iter()
+            .zip(&mut under)
             .enumerate()
-            .map(|(i, &v)| {
+            .map(|(i, (&v, under))| {
                 let moved = DVec3::new(columns[0][i], columns[1][i], columns[2][i]);
                 match shape.constraints[v] {
                     Constraint::OnChain(line) => {
                         let line = &shape.lines[line as usize];
                         line.at(line.locate(moved))
                     }
-                    _ => shape.charts[chart[v] as usize].project(moved).point,
+                    _ => shape.charts[chart[v] as usize].project_near(moved, under),
                 }
             })
             .collect();
@@ -151,18 +150,53 @@ fn square_up(shape: &Shape<'_>, positions: &mut [DVec3], rounds: usize, monitor:
     Ok(())
 }
 
-/// Moves vertices one after another towards their feet: as far as no quad around gets worse than [`FLOOR`] or, where it
-/// is worse, than it is.
+/// Moves vertices to their feet where no quad gets worse than [`FLOOR`] or, where it is worse, than it is; what would make one worse
+/// goes part of the way, one vertex after another.
 fn advance(shape: &Shape<'_>, around: &[Vec<u32>], unknown: &[usize], feet: &[DVec3], positions: &mut [DVec3]) {
-    let normal = |quad: &[u32; 4], positions: &[DVec3]| {
-        let p = quad.map(|v| positions[v as usize]);
+    let points = |q: usize, at: &[DVec3]| shape.quads[q].map(|v| at[v as usize]);
+    let all: Vec<usize> = (0..shape.quads.len()).collect();
+    let normal_of = |&q: &usize| {
+        let p = points(q, positions);
         (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero()
     };
-    let normals: Vec<DVec3> = shape.quads.iter().map(|quad| normal(quad, positions)).collect();
+    let normals: Vec<DVec3> = all.par_iter().map(normal_of).collect();
+    let start = positions.to_vec();
+    let allowed: Vec<(f64, f64)> = all
+        .par_iter()
+        .map(|&q| {
+            let p = points(q, &start);
+            let wanted = shape.quads[q].map(|v| shape.lengths[v as usize]).into_iter().fold(f64::INFINITY, f64::min);
+            (quad_quality(p, normals[q]).min(FLOOR), shortest_side(p).min(SHORTEST * wanted))
+        })
+        .collect();
     for (&v, &foot) in unknown.iter().zip(feet) {
+        positions[v] = foot;
+    }
+    // All at once as far as that does no harm.
+    let mut back = vec![false; positions.len()];
+    let mut suspects = all;
+    while !suspects.is_empty() {
+        let harmed = |&q: &usize| {
+            let p = points(q, positions);
+            quad_quality(p, normals[q]) < allowed[q].0 || shortest_side(p) < allowed[q].1
+        };
+        let bad: Vec<usize> = suspects.into_par_iter().filter(harmed).collect();
+        let mut touched = Vec::new();
+        for v in bad.into_iter().flat_map(|q| shape.quads[q]) {
+            let v = v as usize;
+            if !back[v] {
+                back[v] = true;
+                positions[v] = start[v];
+                touched.extend(around[v].iter().map(|&q| q as usize));
+            }
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        suspects = touched;
+    }
+    for (&v, &foot) in unknown.iter().zip(feet).filter(|(v, _)| back[**v]) {
         let worst = |positions: &[DVec3]| {
-            let quality =
-                |&q: &u32| quad_quality(shape.quads[q as usize].map(|v| positions[v as usize]), normals[q as usize]);
+            let quality = |&q: &u32| quad_quality(points(q as usize, positions), normals[q as usize]);
             around[v].iter().map(quality).fold(f64::INFINITY, f64::min)
         };
         let shortest = |positions: &[DVec3]| {
@@ -173,17 +207,20 @@ fn advance(shape: &Shape<'_>, around: &[Vec<u32>], unknown: &[usize], feet: &[DV
             };
             around[v].iter().flat_map(beside).fold(f64::INFINITY, f64::min)
         };
-        let start = positions[v];
         let bound = worst(positions).min(FLOOR);
         let room = shortest(positions).min(SHORTEST * shape.lengths[v]);
         for part in [1.0, 0.5, 0.25] {
-            positions[v] = start.lerp(foot, part);
+            positions[v] = start[v].lerp(foot, part);
             if worst(positions) >= bound && shortest(positions) >= room {
                 break;
             }
-            positions[v] = start;
+            positions[v] = start[v];
         }
     }
+}
+
+fn shortest_side(p: [DVec3; 4]) -> f64 {
+    (0..4).map(|k| p[k].distance_squared(p[(k + 1) % 4])).fold(f64::INFINITY, f64::min).sqrt()
 }
 
 /// The corners, relative to their mean, of the rectangle nearest to a quad: its mean edges, turned until they are square,

@@ -305,7 +305,7 @@ pub(crate) fn quads_after(
         // What lies around is in place already.
         rounds: if first > 0 { options.rounds / 2 } else { options.rounds },
     };
-    work.relax(&carried.movable(&work.filled), &wanted, &smooth, monitor)?;
+    work.relax(&carried.movable(&work.filled), &wanted, &smooth, !refills, monitor)?;
     let kept = work.kept(names, &topologies, &patches, &counts, contrast);
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
@@ -316,14 +316,14 @@ pub(crate) fn quads_after(
         // As if all were new, so that what is kept makes no difference.
         let are_new = vec![true; base.triangles.len()];
         let all = Wanted { rounds: options.rounds, are_new: &are_new, ..wanted };
-        work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, monitor)?;
+        work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, true, monitor)?;
         clock.stop("relax");
     }
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
     let (mut mended, mut inverted) = work.mend(&smooth, sound, monitor)?;
     if inverted > 0 && work.release(&work.pinned()) > 0 {
         // No bend is worth an inverted quad.
-        work.optimise(&work.lengths(&wanted), [0, 1], &smooth, monitor)?;
+        work.smooth(1, &smooth, monitor)?;
         let more = work.mend(&smooth, sound, monitor)?;
         (mended, inverted) = (mended + more.0, more.1);
     }
