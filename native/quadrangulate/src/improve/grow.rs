@@ -12,6 +12,8 @@ use surface::smooth::Constraint;
 pub(super) struct Disk {
     pub surface: u32,
     pub quads: Vec<u32>,
+    /// Those of them that may have a side on its border, in the order in which they came.
+    rim: Vec<u32>,
     pub vertices: Vec<u32>,
     /// Sum of the valence costs of its vertices.
     pub cost: i32,
@@ -30,6 +32,7 @@ impl Disk {
         self.quads.iter().for_each(|&q| self.is_in[q as usize] = false);
         self.vertices.iter().for_each(|&v| self.inside[v as usize] = 0);
         self.quads.clear();
+        self.rim.clear();
         self.vertices.clear();
         self.fresh.clear();
         (self.surface, self.cost) = (surface, 0);
@@ -86,6 +89,7 @@ impl Refill<'_, '_> {
         }
         disk.is_in[q as usize] = true;
         disk.quads.push(q);
+        disk.rim.push(q);
         for v in quad {
             if disk.inside[v as usize] == 0 {
                 disk.vertices.push(v);
@@ -124,13 +128,16 @@ impl Refill<'_, '_> {
                 self.add(q);
             }
         }
+        let mut rim = std::mem::take(&mut self.disk.rim);
+        rim.retain(|&q| self.across[q as usize].iter().any(|&(other, _)| !self.disk.has(other)));
+        self.disk.rim = rim;
     }
 
     /// Adds the quads beyond the border. Returns whether there were any.
     pub(super) fn grow(&mut self) -> bool {
         let mut grown = false;
-        for k in 0..self.disk.quads.len() {
-            for (other, is_feature) in self.across[self.disk.quads[k] as usize] {
+        for q in self.disk.rim.clone() {
+            for (other, is_feature) in self.across[q as usize] {
                 grown |= other != NONE && !is_feature && self.add(other);
             }
         }
@@ -140,7 +147,7 @@ impl Refill<'_, '_> {
     /// Adds the quads on the way to the nearest irregular vertex beyond the border, and those around it. Returns whether there
     /// were any; as many as `passed_over` says are left alone.
     pub(super) fn reach(&mut self, passed_over: &mut usize) -> bool {
-        let mut queue: VecDeque<u32> = self.disk.quads.iter().copied().collect();
+        let mut queue: VecDeque<u32> = self.disk.rim.iter().copied().collect();
         let mut met = Vec::new();
         let mut found = None;
         'walk: while let Some(q) = queue.pop_front() {
@@ -190,7 +197,7 @@ impl Refill<'_, '_> {
     /// The border of the disk, when it has corners.
     pub(super) fn rim(&self) -> Option<Rim> {
         let quad = |q: u32| self.search.mesh.quads[q as usize];
-        let mut edges = self.disk.quads.iter().flat_map(|&q| (0..4).map(move |k| (q, k)));
+        let mut edges = self.disk.rim.iter().flat_map(|&q| (0..4).map(move |k| (q, k)));
         let start = edges.find(|&(q, k)| !self.disk.has(self.across[q as usize][k].0))?;
         let (mut vertices, mut at) = (Vec::new(), start);
         loop {

@@ -23,6 +23,9 @@ const MOST_DRIFT: f64 = 0.015;
 /// Ways in which disks grow towards other irregular vertices: in the second the nearest is passed over, and so on. One more
 /// way is to grow evenly.
 const WAYS: usize = 3;
+/// Steps by which a disk grows one way at most. Most disks that are any good come sooner; where hundreds of irregular vertices
+/// lie close together each step takes in one more.
+const STEPS: usize = 40;
 /// Patterns tried on the surface for one disk.
 const PATTERNS_TRIED: usize = 2;
 /// What one irregular vertex less is worth in the cost of [`Search::judge_quads`].
@@ -127,7 +130,7 @@ impl<'s, 'a> Refill<'s, 'a> {
             self.disk.clear(mesh.surface_of[seed as usize], mesh.quads.len(), mesh.positions.len());
             self.surround(v);
             let mut passed_over = way;
-            loop {
+            for _ in 0..STEPS {
                 self.straighten();
                 if self.disk.quads.len() > self.most {
                     break;
