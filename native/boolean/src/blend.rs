@@ -6,7 +6,7 @@
 
 use crate::Cancelled;
 use crate::stitch::Stitched;
-use mesh::{DVec3, Monitor, Topology, TriangleMesh};
+use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh};
 use surface::closest::ClosestPoint;
 use surface::geodesic::distance_field;
 use surface::smooth::{Constraint, Patch, SmoothOptions, smooth_quads};
@@ -25,7 +25,12 @@ struct Blended {
 
 impl Reference for Blended {
     fn project(&self, point: DVec3) -> SurfacePoint {
-        let hit = self.closest.project(point);
+        self.project_near(point, &mut { NONE })
+    }
+
+    fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint {
+        let hit = self.closest.project_near(point, *under);
+        *under = hit.triangle;
         let normal = self.surface.area_normal(hit.triangle as usize).normalize_or_zero();
         SurfacePoint { point: hit.point, normal }
     }

@@ -141,7 +141,7 @@ pub(crate) fn pull(
                         let line = &shape.lines[line as usize];
                         line.at(line.locate(moved))
                     }
-                    _ => shape.charts[chart[v] as usize].project_near(moved, under),
+                    _ => shape.charts[chart[v] as usize].project_near(moved, under).point,
                 }
             })
             .collect();

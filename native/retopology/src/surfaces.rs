@@ -75,13 +75,6 @@ fn charts(base: &Base, measures: &Measures) -> (Vec<Chart>, Vec<u32>) {
 }
 
 impl Chart {
-    /// The nearest point of the chart, faster when `under` is a triangle near the answer, which it is afterwards.
-    pub fn project_near(&self, point: DVec3, under: &mut u32) -> DVec3 {
-        let found = self.closest.project_near(point, *under);
-        *under = found.triangle;
-        found.point
-    }
-
     /// The nearest point of the chart, its triangle as one of the whole surface.
     pub fn find(&self, point: DVec3) -> Projection {
         let found = self.closest.project(point);
@@ -91,7 +84,12 @@ impl Chart {
 
 impl Reference for Chart {
     fn project(&self, point: DVec3) -> SurfacePoint {
-        let found = self.closest.project(point);
+        self.project_near(point, &mut { NONE })
+    }
+
+    fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint {
+        let found = self.closest.project_near(point, *under);
+        *under = found.triangle;
         let normal = self.normals.get(found.triangle as usize).copied().unwrap_or(DVec3::Z);
         SurfacePoint { point: found.point, normal }
     }

@@ -3,11 +3,13 @@
 //! Follows Daniels et al., "Template-based quadrilateral meshing", 2011, section 6: move in the tangent plane, reproject,
 //! halve steps that would invert. Deviation: instead of a Laplacian, each vertex minimises the barrier energy of
 //! [`crate::smooth_star`], and the vertices of bad quads then maximise the worst quality around them. Vertices are
-//! visited one after another in index order: the result does not depend on threads.
+//! visited in groups without a common quad, so that those of a group can move at once and the result does not depend on threads; the
+//! vertices of bad quads one after another, worst first.
 
 use crate::smooth_star::{Goal, Polyline, Reference, Star, Track, quad_quality};
 use glam::DVec3;
-use mesh::{Cancelled, Monitor};
+use mesh::{Cancelled, Monitor, NONE};
+use rayon::prelude::*;
 
 /// What a vertex may do while its mesh is smoothed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,8 +137,20 @@ struct Smoother<'a> {
     aspects: Vec<f64>,
     arc: Vec<f64>,
     step: Vec<f64>,
-    star: Star,
+    /// Triangle of the surface below each vertex and each quad, where it is known.
+    under: Vec<u32>,
+    under_quad: Vec<u32>,
 }
+
+/// Where a vertex goes: place, arc length on its chain, triangle below it; and the step it should try next.
+struct Move {
+    place: Option<(DVec3, f64)>,
+    under: u32,
+    step: f64,
+}
+
+/// Vertices that move at once by one thread.
+const TOGETHER: usize = 32;
 
 impl<'a> Smoother<'a> {
     fn new(patch: Patch<'a>, positions: &'a mut [DVec3], options: &SmoothOptions) -> Self {
@@ -175,7 +189,8 @@ impl<'a> Smoother<'a> {
             aspects: Vec::new(),
             arc,
             step: vec![0.1; n],
-            star: Star::default(),
+            under: vec![NONE; n],
+            under_quad: vec![NONE; patch.quads.len()],
         };
         smoother.aspects = (0..patch.quads.len())
             .map(|q| {
@@ -190,23 +205,29 @@ impl<'a> Smoother<'a> {
     }
 
     fn refresh_normals(&mut self, monitor: &Monitor) -> Result<(), Cancelled> {
-        for q in 0..self.patch.quads.len() {
+        let mut fresh = std::mem::take(&mut self.normals);
+        let mut under = std::mem::take(&mut self.under_quad);
+        let checked = |(q, (normal, under)): (usize, (&mut DVec3, &mut u32))| {
             if q % 1024 == 0 {
                 monitor.check()?;
             }
-            self.refresh_normal(q);
-        }
-        Ok(())
+            *normal = self.normal(q, under);
+            Ok(())
+        };
+        let done = fresh.par_iter_mut().zip(&mut under).enumerate().try_for_each(checked);
+        (self.normals, self.under_quad) = (fresh, under);
+        done
     }
 
     fn points(&self, q: usize) -> [DVec3; 4] {
         self.patch.quads[q].map(|v| self.positions[v as usize])
     }
 
-    fn refresh_normal(&mut self, q: usize) {
+    /// The normal of the surface below a quad.
+    fn normal(&self, q: usize, under: &mut u32) -> DVec3 {
         let p = self.points(q);
         let surface = self.patch.surfaces[self.patch.surface_of[q] as usize];
-        self.normals[q] = surface.project((p[0] + p[1] + p[2] + p[3]) / 4.0).normal;
+        surface.project_near((p[0] + p[1] + p[2] + p[3]) / 4.0, under).normal
     }
 
     fn quality(&self, q: usize) -> f64 {
@@ -221,56 +242,78 @@ impl<'a> Smoother<'a> {
         &self.around[self.row[v] as usize..self.row[v + 1] as usize]
     }
 
-    /// Moves one vertex; true when it moved by a hundredth of an edge or so.
-    fn relax(&mut self, v: usize, goal: Goal) -> bool {
+    /// Where one vertex would go.
+    fn find(&self, v: usize, goal: Goal, star: &mut Star) -> Move {
         let patch = self.patch;
-        self.star.clear();
-        for i in self.row[v]..self.row[v + 1] {
-            let (q, k) = self.around[i as usize];
+        let mut step = self.step[v];
+        star.clear();
+        star.under = self.under[v];
+        for &(q, k) in self.quads_around(v) {
             let [_, a, b, c] = rotated(patch.quads[q as usize], k as usize);
             let aspect = self.aspects[q as usize];
             let others = [self.positions[a], self.positions[b], self.positions[c]];
-            self.star.push(others, self.normals[q as usize], if k & 1 == 0 { aspect } else { 1.0 / aspect });
+            star.push(others, self.normals[q as usize], if k & 1 == 0 { aspect } else { 1.0 / aspect });
         }
         let track = match patch.constraints[v] {
-            Constraint::Fixed => return false,
+            Constraint::Fixed => return Move { place: None, under: star.under, step },
             Constraint::OnChain(chain) => Track::Chain(&patch.chains[chain as usize], self.arc[v]),
             Constraint::Free => {
                 let quad = self.around[self.row[v] as usize].0;
                 Track::Surface(patch.surfaces[patch.surface_of[quad as usize] as usize])
             }
         };
-        let Some((place, arc)) = self.star.relax(self.positions[v], &track, goal, &mut self.step[v]) else {
-            return false;
-        };
-        self.positions[v] = place;
-        self.arc[v] = arc;
-        self.step[v] > 8e-3
+        let place = star.relax(self.positions[v], &track, goal, &mut step);
+        Move { place, under: star.under, step }
+    }
+
+    /// Moves one vertex; true when it moved by a hundredth of an edge or so.
+    fn put(&mut self, v: usize, found: &Move) -> bool {
+        (self.under[v], self.step[v]) = (found.under, found.step);
+        if let Some((place, arc)) = found.place {
+            (self.positions[v], self.arc[v]) = (place, arc);
+        }
+        found.place.is_some() && found.step > 8e-3
+    }
+
+    /// The vertices that may move, in groups of which no two share a quad: each goes to the first that has room.
+    fn groups(&self) -> Vec<Vec<usize>> {
+        let mut group_of = vec![usize::MAX; self.positions.len()];
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for v in (0..self.positions.len()).filter(|&v| self.is_movable(v)) {
+            let beside = self.quads_around(v).iter().flat_map(|&(q, _)| self.patch.quads[q as usize]);
+            let taken: Vec<usize> = beside.map(|w| group_of[w as usize]).collect();
+            let group = (0..).find(|group| !taken.contains(group)).unwrap_or_default();
+            group_of[v] = group;
+            if group == groups.len() {
+                groups.push(Vec::new());
+            }
+            groups[group].push(v);
+        }
+        groups
     }
 
     /// Sweeps the shape energy, visiting only vertices that moved, or whose neighbours did, in the sweep before.
     fn sweep_shape(&mut self, most: usize, monitor: &Monitor) -> Result<(), Cancelled> {
-        let n = self.positions.len();
-        let mut awake: Vec<bool> = (0..n).map(|v| self.is_movable(v)).collect();
+        let groups = self.groups();
+        let mut awake = vec![true; self.positions.len()];
         for sweep in 0..most {
-            let mut next = vec![false; n];
-            for v in 0..n {
-                if v % 256 == 0 {
-                    monitor.check()?;
-                }
-                if !awake[v] {
-                    continue;
-                }
-                // A fruitless search at a long step says little: try again with the shorter one.
-                let could_shrink = self.step[v] > 0.02;
-                if self.relax(v, Goal::Shape) {
-                    for i in self.row[v]..self.row[v + 1] {
-                        for &w in &self.patch.quads[self.around[i as usize].0 as usize] {
-                            next[w as usize] |= self.patch.constraints[w as usize] != Constraint::Fixed;
+            let mut next = vec![false; self.positions.len()];
+            for group in &groups {
+                monitor.check()?;
+                let open: Vec<usize> = group.iter().copied().filter(|&v| awake[v]).collect();
+                let find = |star: &mut Star, &v: &usize| self.find(v, Goal::Shape, star);
+                let moves: Vec<Move> =
+                    open.par_iter().with_min_len(TOGETHER).map_init(Star::default, find).collect();
+                for (v, found) in open.into_iter().zip(&moves) {
+                    // A fruitless search at a long step says little: try again with the shorter one.
+                    let could_shrink = self.step[v] > 0.02;
+                    if self.put(v, found) {
+                        for &(q, _) in self.quads_around(v) {
+                            self.patch.quads[q as usize].iter().for_each(|&w| next[w as usize] = true);
                         }
+                    } else if could_shrink {
+                        next[v] = true;
                     }
-                } else if could_shrink {
-                    next[v] = true;
                 }
             }
             // Directions settle soon; the normals follow while things still move far.
@@ -288,6 +331,7 @@ impl<'a> Smoother<'a> {
     /// Visits the movable vertices of bad quads, worst quad first, and lets each lift the worst quality around it.
     fn sweep_worst(&mut self, options: &SmoothOptions, monitor: &Monitor) -> Result<(), Cancelled> {
         self.step.fill(0.1);
+        let mut star = Star::default();
         for _ in 0..options.worst_sweeps {
             let mut bad: Vec<(f64, usize)> = (0..self.patch.quads.len())
                 .map(|q| (self.quality(q), q))
@@ -301,10 +345,13 @@ impl<'a> Smoother<'a> {
                 for v in self.patch.quads[q].map(|v| v as usize) {
                     if !done[v] && self.is_movable(v) {
                         done[v] = true;
-                        moved |= self.relax(v, Goal::Worst) || self.step[v] > 0.02;
+                        let found = self.find(v, Goal::Worst, &mut star);
+                        moved |= self.put(v, &found) || self.step[v] > 0.02;
                     }
                 }
-                self.refresh_normal(q);
+                let mut under = self.under_quad[q];
+                self.normals[q] = self.normal(q, &mut under);
+                self.under_quad[q] = under;
             }
             if !moved {
                 break;
@@ -358,7 +405,8 @@ pub fn smooth_quads(
             patch.chains[chain as usize].at(smoother.arc[v])
         } else {
             let quad = smoother.quads_around(v)[0].0;
-            patch.surfaces[patch.surface_of[quad as usize] as usize].project(smoother.positions[v]).point
+            let surface = patch.surfaces[patch.surface_of[quad as usize] as usize];
+            surface.project_near(smoother.positions[v], &mut smoother.under[v]).point
         };
     }
     smoother.sweep_shape(options.sweeps, monitor)?;

@@ -7,7 +7,7 @@
 //! folded over on the surface counts as inverted although its own plane does not show it.
 
 use glam::DVec3;
-use mesh::{nearest_on_segment, scaled_jacobian, split_quad};
+use mesh::{NONE, nearest_on_segment, scaled_jacobian, split_quad};
 
 /// A foot point on a reference surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +22,12 @@ pub struct SurfacePoint {
 pub trait Reference: Sync {
     /// The point of the surface closest to `point`, with the normal there.
     fn project(&self, point: DVec3) -> SurfacePoint;
+
+    /// The same, where `under` may be a triangle near the answer to begin with, and is the one below it afterwards. A surface that has no
+    /// triangles leaves it alone.
+    fn project_near(&self, point: DVec3, _under: &mut u32) -> SurfacePoint {
+        self.project(point)
+    }
 }
 
 /// A polyline measured by arc length, closed when its last point equals its first.
@@ -121,9 +127,11 @@ pub enum Goal {
 
 /// The quads round one vertex. Each quad keeps its other three corners, counter-clockwise, the normal of its reference
 /// surface and the aspect wanted (length of its first edge over its second).
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Star {
     quads: Vec<StarQuad>,
+    /// Triangle of the surface below the vertex, where the search for its foot begins; [`mesh::NONE`] when it is not known.
+    pub under: u32,
     /// Squared regularisation of the Jacobian, square of an area; set by [`Star::begin`].
     delta_squared: f64,
 }
@@ -154,10 +162,17 @@ const FLOOR: f64 = 0.3;
 /// vertex slid to the end of its chain would fall on the vertex there.
 const LEAST_EDGE: f64 = 0.15;
 
+impl Default for Star {
+    fn default() -> Self {
+        Self { quads: Vec::new(), under: NONE, delta_squared: 0.0 }
+    }
+}
+
 impl Star {
-    /// Forgets the quads of the last vertex.
+    /// Forgets the quads of the last vertex, and what is below it.
     pub fn clear(&mut self) {
         self.quads.clear();
+        self.under = NONE;
     }
 
     /// Adds a quad whose corner 0 is the vertex; `aspect` is the wanted length of edge 0-1 over that of edge 0-3.
@@ -261,12 +276,15 @@ impl Star {
                 let middle = self.quads.iter().map(|q| q.others[0]).sum::<DVec3>() / self.quads.len() as f64 - x;
                 let candidates = [diagonal, axis, middle].map(|offset| (self.value(x + offset, goal), offset));
                 let (_, planar) = candidates.into_iter().min_by(|p, q| p.0.total_cmp(&q.0))?;
+                let mut under = self.under;
                 let places = [planar, planar * 0.4].into_iter().filter_map(|offset| {
-                    let foot = surface.project(x + offset);
+                    let foot = surface.project_near(x + offset, &mut under);
                     // The closest point of a thin part may lie on its other side.
                     (foot.normal.dot(normal) > 0.0).then_some((foot.point, 0.0))
                 });
-                self.first_better(before, x, goal, places)
+                let found = self.first_better(before, x, goal, places);
+                self.under = under;
+                found
             }
         };
         *step = if let Some((place, _)) = found {
