@@ -79,7 +79,7 @@ fn fewer_irregular_vertices_at_the_same_features() {
     let torus = testkit::shapes::torus(3.0, 1.0, 60, 30);
     // Of the block's, 24 are its corners.
     for (name, mesh, features, most) in
-        [("block", &block, sharp(&block), 0.8), ("torus", &torus, Features::default(), 0.5)]
+        [("block", &block, sharp(&block), 0.85), ("torus", &torus, Features::default(), 0.5)]
     {
         let make = |improve: bool| {
             let mut options = Options::default();

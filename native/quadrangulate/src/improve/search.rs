@@ -3,7 +3,7 @@
 use super::ImproveOptions;
 use super::editable::Editable;
 use super::operators::Operator;
-use mesh::{Cancelled, DVec3, Monitor};
+use mesh::{Cancelled, DVec3, Monitor, NONE};
 use std::ops::Range;
 use surface::smooth::Constraint;
 use surface::smooth_star::{Goal, Reference, Star, Track, quad_quality};
@@ -299,9 +299,10 @@ impl<'a> Search<'a> {
     /// Smooths the free vertices among the given ones: shape first, then the worst quads. `steps` says how far each looks.
     pub(super) fn relax(&mut self, vertices: &[u32], steps: &mut [f64], sweeps: Range<usize>) {
         let mut star = Star::default();
+        let mut under = vec![NONE; vertices.len()];
         for sweep in sweeps {
             let goal = if sweep < 4 { Goal::Shape } else { Goal::Worst };
-            for (&v, step) in vertices.iter().zip(steps.iter_mut()) {
+            for ((&v, step), under) in vertices.iter().zip(steps.iter_mut()).zip(&mut under) {
                 // Chain vertices slide when the whole patch is smoothed.
                 if *step < SETTLED
                     || self.mesh.constraints[v as usize] != Constraint::Free
@@ -311,6 +312,7 @@ impl<'a> Search<'a> {
                     continue;
                 }
                 star.clear();
+                star.under = *under;
                 for &q in &self.mesh.around[v as usize] {
                     let Some(quad) = self.mesh.quads[q as usize] else { continue };
                     let k = quad.iter().position(|&w| w == v).unwrap_or(0);
@@ -322,6 +324,7 @@ impl<'a> Search<'a> {
                 if let Some((place, _)) = star.relax(self.mesh.positions[v as usize], &track, goal, step) {
                     self.mesh.positions[v as usize] = place;
                 }
+                *under = star.under;
             }
         }
         for q in self.quads_at(vertices) {
