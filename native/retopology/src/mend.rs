@@ -18,6 +18,9 @@ pub(crate) const SOUND: f64 = 0.25;
 pub(crate) const INVERTED: f64 = 0.0;
 /// Rings of quads round a bad one that may change.
 const RINGS: usize = 3;
+/// An inverted quad that cannot be mended so is tried again with more rings and more states to look at.
+const MORE_RINGS: usize = 2;
+const MORE_BUDGET: usize = 8;
 /// No vertex of what is replaced may end up farther from what replaces it than this, in edge lengths.
 const MOST_LOST: f64 = 1.5;
 /// Places mended at most, and those tried in vain one after another before the rest is left: a surface without room for
@@ -63,7 +66,7 @@ pub(crate) fn mend(
     let (before, wanted) = (patch.positions.len(), patch.quads.len());
     let features: BTreeSet<[u32; 2]> = setting.features.iter().map(|&[a, b]| mesh::sorted(a, b)).collect();
     let mut quality_of = qualities(&patch, setting.surfaces);
-    let mut tried = vec![false; patch.quads.len()];
+    let mut tried = vec![0; patch.quads.len()];
     let (mut places, mut in_vain) = (0, 0);
     for _ in 0..MOST_PLACES {
         monitor.check()?;
@@ -71,10 +74,12 @@ pub(crate) fn mend(
             break;
         }
         in_vain += 1;
-        let open = (0..patch.quads.len()).filter(|&q| !tried[q] && quality_of[q] < sound);
+        let times = |q: usize| if quality_of[q] <= INVERTED { 2 } else { 1 };
+        let open = (0..patch.quads.len()).filter(|&q| tried[q] < times(q) && quality_of[q] < sound);
         let Some(worst) = open.min_by(|&a, &b| quality_of[a].total_cmp(&quality_of[b])) else { break };
-        tried[worst] = true;
-        let region = Region::around(&patch, worst);
+        let again = tried[worst];
+        tried[worst] += 1;
+        let region = Region::around(&patch, worst, RINGS + MORE_RINGS * again);
         let (own, names) = region.patch(&patch);
         let own_places = own.positions.clone();
         let local = |v: u32| names.binary_search(&v).map_or(NONE, |i| i as u32);
@@ -82,8 +87,8 @@ pub(crate) fn mend(
         let inner: Vec<[u32; 2]> = inner.into_iter().map(|side| side.map(local)).collect();
         let outside: Vec<u32> = names.iter().map(|v| region.outside[v]).collect();
         let own_setting = Setting { features: &inner, outside: &outside, ..*setting };
-        let options =
-            ImproveOptions { depth: 3, passes: 2, budget: BUDGET, smooth: *smooth, ..ImproveOptions::default() };
+        let budget = if again > 0 { MORE_BUDGET * BUDGET } else { BUDGET };
+        let options = ImproveOptions { depth: 3, passes: 2, budget, smooth: *smooth, ..ImproveOptions::default() };
         let better = match improve(own, &own_setting, &options, monitor) {
             Ok(better) => better,
             Err(ImproveError::Cancelled(cancelled)) => return Err(cancelled.into()),
@@ -138,7 +143,7 @@ pub(crate) fn mend(
         patch.quads = pick.map(|q| patch.quads[q]).collect();
         patch.quads.extend(better.patch.quads.iter().map(|quad| quad.map(|v| global[v as usize])));
         patch.surface_of.extend(&better.patch.surface_of);
-        tried.extend(found.iter().map(|_| true));
+        tried.extend(found.iter().map(|_| 1));
         quality_of.extend(found);
     }
     let (patch, source) = compact(patch, before);
@@ -199,7 +204,7 @@ struct Region {
 
 impl Region {
     /// Some rings of quads around one, and more where the region would touch itself.
-    fn around(patch: &QuadPatch, quad: usize) -> Self {
+    fn around(patch: &QuadPatch, quad: usize, rings: usize) -> Self {
         let mut around = vec![Vec::new(); patch.positions.len()];
         for (q, corners) in patch.quads.iter().enumerate() {
             for &v in corners {
@@ -210,7 +215,7 @@ impl Region {
             quads.iter().flat_map(|&q| patch.quads[q]).flat_map(|v| around[v as usize].iter().copied()).collect()
         };
         let mut quads = BTreeSet::from([quad]);
-        for _ in 0..RINGS {
+        for _ in 0..rings {
             quads = ring(&quads);
         }
         loop {
