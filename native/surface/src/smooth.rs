@@ -149,8 +149,9 @@ struct Move {
     step: f64,
 }
 
-/// Vertices that move at once by one thread.
+/// Vertices that move at once, by one thread and between two looks at the monitor.
 const TOGETHER: usize = 32;
+const BATCH: usize = 4096;
 
 impl<'a> Smoother<'a> {
     fn new(patch: Patch<'a>, positions: &'a mut [DVec3], options: &SmoothOptions) -> Self {
@@ -282,7 +283,7 @@ impl<'a> Smoother<'a> {
         for v in (0..self.positions.len()).filter(|&v| self.is_movable(v)) {
             let beside = self.quads_around(v).iter().flat_map(|&(q, _)| self.patch.quads[q as usize]);
             let taken: Vec<usize> = beside.map(|w| group_of[w as usize]).collect();
-            let group = (0..).find(|group| !taken.contains(group)).unwrap_or_default();
+            let group = (0..groups.len()).find(|group| !taken.contains(group)).unwrap_or(groups.len());
             group_of[v] = group;
             if group == groups.len() {
                 groups.push(Vec::new());
@@ -298,12 +299,11 @@ impl<'a> Smoother<'a> {
         let mut awake = vec![true; self.positions.len()];
         for sweep in 0..most {
             let mut next = vec![false; self.positions.len()];
-            for group in &groups {
+            for part in groups.iter().flat_map(|group| group.chunks(BATCH)) {
                 monitor.check()?;
-                let open: Vec<usize> = group.iter().copied().filter(|&v| awake[v]).collect();
+                let open: Vec<usize> = part.iter().copied().filter(|&v| awake[v]).collect();
                 let find = |star: &mut Star, &v: &usize| self.find(v, Goal::Shape, star);
-                let moves: Vec<Move> =
-                    open.par_iter().with_min_len(TOGETHER).map_init(Star::default, find).collect();
+                let moves: Vec<Move> = open.par_iter().with_min_len(TOGETHER).map_init(Star::default, find).collect();
                 for (v, found) in open.into_iter().zip(&moves) {
                     // A fruitless search at a long step says little: try again with the shorter one.
                     let could_shrink = self.step[v] > 0.02;
