@@ -8,11 +8,59 @@ const WINDOW: usize = 24;
 /// A polyline; closed when its last point is its first.
 pub(super) struct Curve {
     points: Vec<DVec3>,
+    /// Length up to each point.
+    walked: Vec<f64>,
 }
+
+/// A point this near to a curve is on it, as a part of the curve's length.
+const ON_CURVE: f64 = 1e-9;
 
 impl Curve {
     pub fn new(points: impl Iterator<Item = DVec3>) -> Self {
-        Self { points: points.collect() }
+        let points: Vec<DVec3> = points.collect();
+        let mut walked = vec![0.0; points.len()];
+        for k in 1..points.len() {
+            walked[k] = walked[k - 1] + points[k - 1].distance(points[k]);
+        }
+        Self { points, walked }
+    }
+
+    fn length(&self) -> f64 {
+        self.walked[self.walked.len() - 1]
+    }
+
+    fn is_closed(&self) -> bool {
+        self.points[0] == self.points[self.points.len() - 1]
+    }
+
+    /// The stretch between two points of the curve, as lengths along it, of two the one that is nearer to `length`; `None` when they are
+    /// not on the curve or nothing is between them. On a closed curve the second length may be larger than that of the curve.
+    pub fn stretch(&self, ends: [DVec3; 2], length: f64) -> Option<[f64; 2]> {
+        let whole = self.length();
+        let found = ends.map(|p| (p, self.project(p)));
+        if found.iter().any(|(p, (q, _))| p.distance(*q) > ON_CURVE * whole) {
+            return None;
+        }
+        let [a, b] = found.map(|(_, (q, segment))| self.walked[segment] + self.points[segment].distance(q));
+        let (low, high) = (a.min(b), a.max(b));
+        let ways = if self.is_closed() { vec![[low, high], [high, low + whole]] } else { vec![[low, high]] };
+        let real = ways.into_iter().filter(|way| way[1] - way[0] > ON_CURVE * whole);
+        real.min_by(|x, y| (x[1] - x[0] - length).abs().total_cmp(&(y[1] - y[0] - length).abs()))
+    }
+
+    /// A point of the curve moved along it into a stretch, the nearer end of it when it is outside.
+    pub fn within(&self, (point, segment): (DVec3, usize), [low, high]: [f64; 2]) -> (DVec3, usize) {
+        let whole = self.length();
+        let at = self.walked[segment] + self.points[segment].distance(point);
+        // On a closed curve a stretch may run past the end.
+        let here = if self.is_closed() && at < low && at + whole - high < low - at { at + whole } else { at };
+        if (low..=high).contains(&here) {
+            return (point, segment);
+        }
+        let to = here.clamp(low, high).rem_euclid(whole);
+        let segment = self.walked.partition_point(|&walked| walked <= to).clamp(1, self.points.len() - 1) - 1;
+        let part = (to - self.walked[segment]) / (self.walked[segment + 1] - self.walked[segment]);
+        (self.points[segment].lerp(self.points[segment + 1], part), segment)
     }
 
     /// Nearest point on any segment, and that segment.
@@ -26,7 +74,7 @@ impl Curve {
         if count <= 2 * WINDOW + 1 {
             return self.project(p);
         }
-        let is_closed = self.points[0] == self.points[count];
+        let is_closed = self.is_closed();
         let around = (hint + count - WINDOW)..=(hint + count + WINDOW);
         let inside = around.filter(|&k| is_closed || (count..2 * count).contains(&k));
         self.nearest(p, inside.map(|k| k % count))

@@ -51,6 +51,7 @@ mod paving;
 mod polyhedron;
 mod region;
 mod regular;
+mod room;
 mod search;
 mod shape;
 mod strip;
@@ -66,6 +67,8 @@ pub use paving::PatchTiles;
 pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_faces};
 pub use shape::{Along, ShapeOptions};
 pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
+
+pub(crate) use input::without_crumbs;
 
 use crate::{Kind, TilingError};
 use bars::{MOST_BENT, MOST_SPREAD};
@@ -83,7 +86,7 @@ use surface::resample::ResampleError;
 
 /// Step of the coarse triangulation in edges of the pattern: 1 + sqrt 3 inside; along a curve three edges, a little less
 /// since they are drawn on by the tiles beside.
-const STEP: f64 = 2.732_050_807_568_877;
+pub(crate) const STEP: f64 = 2.732_050_807_568_877;
 const CURVE_STEP: f64 = 2.85;
 
 /// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for

@@ -19,6 +19,7 @@ use super::SurfaceError;
 use super::curve::Curve;
 use super::pattern::{Pattern, Place};
 use super::regular::{mean_edge, nearest_regular};
+use super::room::rooms;
 use mesh::{DVec3, Monitor, NONE, TriangleMesh, sorted};
 use solve::cholesky::Factor;
 use std::collections::BTreeMap;
@@ -35,6 +36,11 @@ const TIP: f64 = 10.0;
 
 /// How often a step is halved where it turns tiles over, before it is left out.
 const HALVINGS: usize = 4;
+
+/// Distance of a vertex from its curve, in edges, above which the tiles beside it are shaped again to make room for it, and the rounds
+/// that this takes.
+const OFF_CURVE: f64 = 0.01;
+const CURVE_ROUNDS: usize = 20;
 
 /// How hard to shape, and for what. Weights are against regularity, whose weight is 1 for each tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,6 +111,8 @@ struct Shaper<'a> {
     edges: Vec<[u32; 2]>,
     /// Vertices an edge away from each.
     beside: Vec<Vec<u32>>,
+    /// Stretch of its curve where each vertex may be.
+    rooms: Vec<Option<[f64; 2]>>,
     /// Segment of its curve that each vertex was last nearest to.
     segment: Vec<usize>,
     /// Triangle of the surface that each vertex was last nearest to.
@@ -148,6 +156,7 @@ pub(super) fn shape(
         curves,
         pattern,
         tiles_at,
+        rooms: rooms(pattern, curves, &uses),
         edges: uses.into_keys().collect(),
         beside,
         segment: vec![0; count],
@@ -177,11 +186,24 @@ pub(super) fn shape(
             shaper.guarded(&mut positions, &wish);
         }
     }
-    // Borders end exactly on their curves, wherever no tile turns over by it.
-    let on_curves: Vec<DVec3> = (0..count)
-        .map(|v| if pattern.places[v] == Place::Free { positions[v] } else { shaper.nearest(v, positions[v]) })
-        .collect();
-    shaper.guarded(&mut positions, &on_curves);
+    // Borders end exactly on their curves, wherever no tile turns over by it; where one would, all give way first.
+    shaper.put_on_curves(&mut positions);
+    if options.flattening_rounds > 0 && shaper.off_curves(&positions) > OFF_CURVE {
+        let before = (positions.clone(), shaper.turned(&positions).len());
+        let system = shaper.system(free)?;
+        let curvature = shaper.curvature(&positions);
+        for _ in 0..CURVE_ROUNDS {
+            let mut wish = shaper.step(&positions, &system, free, &curvature, monitor)?;
+            for (v, p) in wish.iter_mut().enumerate().filter(|(v, _)| pattern.places[*v] != Place::Free) {
+                *p = shaper.nearest(v, *p);
+            }
+            shaper.guarded(&mut positions, &wish);
+        }
+        shaper.put_on_curves(&mut positions);
+        if shaper.turned(&positions).len() > before.1 {
+            positions = before.0;
+        }
+    }
     let turned = shaper.turned(&positions);
     let farthest = positions.iter().map(|&p| shaper.closest.project(p).distance).fold(0.0, f64::max);
     pattern.positions = positions;
@@ -189,12 +211,30 @@ pub(super) fn shape(
 }
 
 impl Shaper<'_> {
+    /// Moves the vertices of curves to them, as far as no tile turns over.
+    fn put_on_curves(&mut self, positions: &mut [DVec3]) {
+        let wish: Vec<DVec3> = (0..positions.len())
+            .map(|v| if self.pattern.places[v] == Place::Free { positions[v] } else { self.nearest(v, positions[v]) })
+            .collect();
+        self.guarded(positions, &wish);
+    }
+
+    /// The most distance of a vertex from its curve, in edges.
+    fn off_curves(&mut self, positions: &[DVec3]) -> f64 {
+        let on_curves = (0..positions.len()).filter(|&v| self.pattern.places[v] != Place::Free).collect::<Vec<_>>();
+        let far =
+            on_curves.into_iter().map(|v| self.nearest(v, positions[v]).distance(positions[v])).fold(0.0, f64::max);
+        far / mean_edge(&self.pattern.tiles, positions)
+    }
+
     /// The nearest allowed place of a vertex.
     fn nearest(&mut self, v: usize, p: DVec3) -> DVec3 {
         match self.pattern.places[v] {
             Place::Fixed => self.pattern.positions[v],
             Place::OnCurve(curve) => {
-                let (q, segment) = self.curves[curve as usize].project_near(p, self.segment[v]);
+                let curve = &self.curves[curve as usize];
+                let found = curve.project_near(p, self.segment[v]);
+                let (q, segment) = self.rooms[v].map_or(found, |room| curve.within(found, room));
                 self.segment[v] = segment;
                 q
             }
@@ -386,14 +426,21 @@ impl Shaper<'_> {
         is_turned(tile, positions, self.up(tile, positions))
     }
 
-    /// Tiles with a corner that faces away from the surface below their middle.
+    /// Tiles with a corner that faces away from the surface below their middle: from the triangle there, which may be a sliver that faces
+    /// anywhere, and from what is around it.
     fn turned(&self, positions: &[DVec3]) -> Vec<u32> {
+        let mut normals = vec![DVec3::ZERO; self.surface.positions.len()];
+        for (t, triangle) in self.surface.triangles.iter().enumerate() {
+            triangle.iter().for_each(|&v| normals[v as usize] += self.surface.area_normal(t));
+        }
+        let around = |t: usize| self.surface.triangles[t].iter().map(|&v| normals[v as usize]).sum::<DVec3>();
         (0..self.pattern.tiles.len() as u32)
             .filter(|&t| {
                 let tile = &self.pattern.tiles[t as usize];
                 let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
                 let below = self.closest.project(middle).triangle;
-                below == NONE || is_turned(tile, positions, self.surface.area_normal(below as usize))
+                let from = |up: DVec3| is_turned(tile, positions, up);
+                below == NONE || from(self.surface.area_normal(below as usize)) && from(around(below as usize))
             })
             .collect()
     }
