@@ -16,6 +16,7 @@
 //! those that would turn it at any length are left out.
 
 use super::SurfaceError;
+use super::bars::Quality;
 use super::curve::Curve;
 use super::pattern::{Pattern, Place};
 use super::regular::{mean_edge, nearest_regular};
@@ -123,8 +124,7 @@ struct Shaper<'a> {
 pub(super) struct Shaped {
     /// Tiles that are turned over.
     pub turned: Vec<u32>,
-    /// Most distance of a vertex from the surface.
-    pub farthest: f64,
+    pub quality: Quality,
 }
 
 /// Puts the pattern on the surface and shapes it.
@@ -188,7 +188,8 @@ pub(super) fn shape(
     }
     // Borders end exactly on their curves, wherever no tile turns over by it; where one would, all give way first.
     shaper.put_on_curves(&mut positions);
-    if options.flattening_rounds > 0 && shaper.off_curves(&positions) > OFF_CURVE {
+    let most_off = OFF_CURVE * mean_edge(&pattern.tiles, &positions);
+    if options.flattening_rounds > 0 && shaper.off_curves(&positions).iter().any(|&off| off > most_off) {
         let before = (positions.clone(), shaper.turned(&positions).len());
         let system = shaper.system(free)?;
         let curvature = shaper.curvature(&positions);
@@ -205,9 +206,11 @@ pub(super) fn shape(
         }
     }
     let turned = shaper.turned(&positions);
-    let farthest = positions.iter().map(|&p| shaper.closest.project(p).distance).fold(0.0, f64::max);
+    let off_surface = positions.iter().map(|&p| shaper.closest.project(p).distance).collect();
+    let off_line = shaper.off_curves(&positions);
+    let quality = Quality::of(&positions, &pattern.tiles, off_surface, off_line);
     pattern.positions = positions;
-    Ok(Shaped { turned, farthest })
+    Ok(Shaped { turned, quality })
 }
 
 impl Shaper<'_> {
@@ -219,12 +222,13 @@ impl Shaper<'_> {
         self.guarded(positions, &wish);
     }
 
-    /// The most distance of a vertex from its curve, in edges.
-    fn off_curves(&mut self, positions: &[DVec3]) -> f64 {
-        let on_curves = (0..positions.len()).filter(|&v| self.pattern.places[v] != Place::Free).collect::<Vec<_>>();
-        let far =
-            on_curves.into_iter().map(|v| self.nearest(v, positions[v]).distance(positions[v])).fold(0.0, f64::max);
-        far / mean_edge(&self.pattern.tiles, positions)
+    /// Distance of each vertex from its curve; 0 of those on none.
+    fn off_curves(&mut self, positions: &[DVec3]) -> Vec<f64> {
+        let far = |v: usize| match self.pattern.places[v] {
+            Place::Free => 0.0,
+            _ => self.nearest(v, positions[v]).distance(positions[v]),
+        };
+        (0..positions.len()).map(far).collect()
     }
 
     /// The nearest allowed place of a vertex.
