@@ -169,7 +169,8 @@ impl SurfaceResult {
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
 /// `report["warnings"]` says in sentences what came out other than asked, or is hard to build; `report["missed_bars"]` has a dict for each
-/// bar that is missed: "bar" (spread, planarity, closeness or lines), "measured", "allowed", and "elements", the indices of faces or
+/// bar that is missed: "bar" (spread; planarity, the distance of a quad's diagonals over their mean length, which is twice that of the
+/// schedule; closeness or lines), "measured", "allowed", and "elements", the indices of faces or
 /// vertices ("kind") that miss it by themselves, the worst first. `report["taken_apart"]` has the vertices of the input where it touches
 /// itself: the panels are apart there, for a mesh that can be built is a manifold.
 ///

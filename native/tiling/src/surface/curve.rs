@@ -33,29 +33,34 @@ impl Curve {
         self.points[0] == self.points[self.points.len() - 1]
     }
 
-    /// The stretch between two points of the curve, as lengths along it, of two the one that is nearer to `length`; `None` when they are
+    fn length_at(&self, (point, segment): (DVec3, usize)) -> f64 {
+        self.walked[segment] + self.points[segment].distance(point)
+    }
+
+    /// The stretch between two points of the curve, as lengths along it, of two the one with a point near `middle`; `None` when they are
     /// not on the curve or nothing is between them. On a closed curve the second length may be larger than that of the curve.
-    pub fn stretch(&self, ends: [DVec3; 2], length: f64) -> Option<[f64; 2]> {
+    pub fn stretch(&self, ends: [DVec3; 2], middle: DVec3) -> Option<[f64; 2]> {
         let whole = self.length();
         let found = ends.map(|p| (p, self.project(p)));
         if found.iter().any(|(p, (q, _))| p.distance(*q) > ON_CURVE * whole) {
             return None;
         }
-        let [a, b] = found.map(|(_, (q, segment))| self.walked[segment] + self.points[segment].distance(q));
+        let [a, b] = found.map(|(_, found)| self.length_at(found));
         let (low, high) = (a.min(b), a.max(b));
-        let ways = if self.is_closed() { vec![[low, high], [high, low + whole]] } else { vec![[low, high]] };
-        let real = ways.into_iter().filter(|way| way[1] - way[0] > ON_CURVE * whole);
-        real.min_by(|x, y| (x[1] - x[0] - length).abs().total_cmp(&(y[1] - y[0] - length).abs()))
+        let inner = self.length_at(self.project(middle));
+        let stretch =
+            if self.is_closed() && !(low..=high).contains(&inner) { [high, low + whole] } else { [low, high] };
+        (stretch[1] - stretch[0] > ON_CURVE * whole).then_some(stretch)
     }
 
     /// A point of the curve moved along it into a stretch, the nearer end of it when it is outside.
-    pub fn within(&self, (point, segment): (DVec3, usize), [low, high]: [f64; 2]) -> (DVec3, usize) {
+    pub fn within(&self, found: (DVec3, usize), [low, high]: [f64; 2]) -> (DVec3, usize) {
         let whole = self.length();
-        let at = self.walked[segment] + self.points[segment].distance(point);
+        let at = self.length_at(found);
         // On a closed curve a stretch may run past the end.
         let here = if self.is_closed() && at < low && at + whole - high < low - at { at + whole } else { at };
         if (low..=high).contains(&here) {
-            return (point, segment);
+            return found;
         }
         let to = here.clamp(low, high).rem_euclid(whole);
         let segment = self.walked.partition_point(|&walked| walked <= to).clamp(1, self.points.len() - 1) - 1;

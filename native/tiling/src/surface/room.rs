@@ -47,10 +47,9 @@ pub(super) fn rooms(pattern: &Pattern, curves: &[Curve], uses: &BTreeMap<[u32; 2
             if place(here) != Place::Fixed || rooms[first as usize].is_some() {
                 continue;
             }
-            let way: Vec<u32> = std::iter::once(corner).chain(chain.iter().copied()).chain([here]).collect();
             let at = |v: u32| pattern.positions[v as usize];
-            let laid: f64 = way.windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum();
-            let Some([low, high]) = curve.stretch([at(corner), at(here)], laid) else { continue };
+            let middle = at(chain[chain.len() / 2]);
+            let Some([low, high]) = curve.stretch([at(corner), at(here)], middle) else { continue };
             let margin = MARGIN * (high - low) / (chain.len() + 1) as f64;
             chain.iter().for_each(|&v| rooms[v as usize] = Some([low + margin, high - margin]));
         }
