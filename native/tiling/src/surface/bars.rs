@@ -11,10 +11,10 @@
 use super::SurfaceError;
 use super::curve::Curve;
 use super::panels::planarity;
-use super::pattern::Pattern;
+use super::pattern::{Pattern, Place};
 use super::shape::{ShapeOptions, Shaped, shape};
 use mesh::{Aabb, DVec3, Monitor, PolygonMesh, TriangleMesh, sorted};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Patches whose panels are more unequal than this (the spread of their edges) are no patches to build: the surface is not flat enough in
 /// them.
@@ -36,6 +36,9 @@ const EVEN: f64 = 0.5;
 /// The weights of planarity tried one after another where quads are too bent, and the rounds they take to have their effect: the
 /// stiffer, the slower.
 const FLAT: [(f64, usize); 3] = [(40.0, 60), (80.0, 120), (120.0, 160)];
+
+/// How often corners are loosened for panels that are turned over.
+const LOOSENINGS: usize = 2;
 
 /// What is asked of a mesh that can be built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,6 +147,38 @@ impl Quality {
     }
 }
 
+/// Corners of the border at panels that are turned over, each with a curve along which it may slide instead: on a jagged border there is
+/// no room for panels beside every corner, and panels that are cut off by part of an edge there are better than ones turned over, or
+/// many times as many. Where more than two curves meet they stay.
+fn loosened(pattern: &Pattern, turned: &[u32]) -> BTreeMap<u32, u32> {
+    let is_fixed = |v: u32| pattern.places[v as usize] == Place::Fixed;
+    let at_turned = turned.iter().flat_map(|&t| &pattern.tiles[t as usize]).copied();
+    let wanted: BTreeSet<u32> = at_turned.filter(|&v| is_fixed(v)).collect();
+    // The edges at each, with the number of tiles there.
+    let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    for tile in &pattern.tiles {
+        for k in 0..tile.len() {
+            let (a, b) = (tile[k], tile[(k + 1) % tile.len()]);
+            for edge in [[a, b], [b, a]].into_iter().filter(|edge| wanted.contains(&edge[0])) {
+                *edges.entry(edge).or_default() += 1;
+            }
+        }
+    }
+    let curves = |v: u32, is_border: bool| -> BTreeSet<u32> {
+        let beside = edges.range([v, 0]..=[v, u32::MAX]).filter(|(_, uses)| (**uses == 1) == is_border);
+        let on = beside.filter_map(|(edge, _)| match pattern.places[edge[1] as usize] {
+            Place::OnCurve(curve) => Some(curve),
+            Place::Free | Place::Fixed => None,
+        });
+        on.collect()
+    };
+    let found = wanted.iter().filter_map(|&v| {
+        let (border, inner) = (curves(v, true), curves(v, false));
+        Some((v, *border.first()?)).filter(|_| inner.is_subset(&border))
+    });
+    found.collect()
+}
+
 /// Puts the pattern on the surface and shapes it with the weights asked for, and with others where these leave it above a bar.
 pub(super) fn shape_to_bars(
     surface: &TriangleMesh,
@@ -154,6 +189,21 @@ pub(super) fn shape_to_bars(
 ) -> Result<Shaped, SurfaceError> {
     let laid = pattern.positions.clone();
     let mut best = shape(surface, curves, pattern, options, monitor)?;
+    for _ in 0..LOOSENINGS {
+        let corners = loosened(pattern, &best.turned);
+        if corners.is_empty() {
+            break;
+        }
+        let before = pattern.clone();
+        corners.into_iter().for_each(|(v, curve)| pattern.places[v as usize] = Place::OnCurve(curve));
+        pattern.positions.copy_from_slice(&laid);
+        let shaped = shape(surface, curves, pattern, options, monitor)?;
+        if shaped.turned.len() >= best.turned.len() {
+            *pattern = before;
+            break;
+        }
+        best = shaped;
+    }
     if !best.turned.is_empty() || best.quality.excess() <= 0.0 {
         return Ok(best);
     }

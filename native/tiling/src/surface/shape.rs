@@ -32,7 +32,8 @@ const ON_CURVE: f64 = 8.0;
 /// Weight of a vertex's last place while it is put back on the surface every round.
 const SLIDING: f64 = 0.01;
 
-/// How much more the tip of four triangles or fewer is held to the surface: regular ones would make a spike of it.
+/// How much more the tip of four triangles or fewer is held to the surface, and what is beside it: regular ones would make a spike of it,
+/// and the ring around a tip that is held alone buckles.
 const TIP: f64 = 10.0;
 
 /// How often a step is halved where it turns tiles over, before it is left out.
@@ -112,6 +113,8 @@ struct Shaper<'a> {
     edges: Vec<[u32; 2]>,
     /// Vertices an edge away from each.
     beside: Vec<Vec<u32>>,
+    /// Vertices of four triangles or fewer and nothing else, and those an edge away from one.
+    is_by_tip: Vec<bool>,
     /// Stretch of its curve where each vertex may be.
     rooms: Vec<Option<[f64; 2]>>,
     /// Segment of its curve that each vertex was last nearest to.
@@ -150,12 +153,16 @@ pub(super) fn shape(
         beside[a as usize].push(b);
         beside[b as usize].push(a);
     }
+    let is_triangle = |t: &u32| pattern.tiles[*t as usize].len() == 3;
+    let is_tip: Vec<bool> = tiles_at.iter().map(|tiles| tiles.len() <= 4 && tiles.iter().all(is_triangle)).collect();
+    let is_by_tip = (0..count).map(|v| is_tip[v] || beside[v].iter().any(|&w| is_tip[w as usize])).collect();
     let mut shaper = Shaper {
         surface,
         closest: ClosestPoint::new(surface),
         curves,
         pattern,
         tiles_at,
+        is_by_tip,
         rooms: rooms(pattern, curves, &uses),
         edges: uses.into_keys().collect(),
         beside,
@@ -267,15 +274,11 @@ impl Shaper<'_> {
 
     fn weight(&self, v: usize, aims: Aims) -> f64 {
         match self.pattern.places[v] {
-            Place::Free if self.tiles_at[v].len() <= 4 && self.is_tip(v) => TIP * aims.closeness,
+            Place::Free if self.is_by_tip[v] => TIP * aims.closeness,
             Place::Free => aims.closeness,
             // Flat quads do not pull borders off their curves, however much they are asked for.
             _ => ON_CURVE.max(aims.planarity),
         }
-    }
-
-    fn is_tip(&self, v: usize) -> bool {
-        self.tiles_at[v].iter().all(|&t| self.pattern.tiles[t as usize].len() == 3)
     }
 
     /// Fixed vertices are no unknowns but rows of their own: x = place.
