@@ -195,7 +195,9 @@ pub(super) fn shape_to_bars(
             break;
         }
         let before = pattern.clone();
-        corners.into_iter().for_each(|(v, curve)| pattern.places[v as usize] = Place::OnCurve(curve));
+        for (v, curve) in corners {
+            pattern.places[v as usize] = Place::OnCurve(curve);
+        }
         pattern.positions.copy_from_slice(&laid);
         let shaped = shape(surface, curves, pattern, options, monitor)?;
         if shaped.turned.len() >= best.turned.len() {

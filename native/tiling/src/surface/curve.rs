@@ -99,3 +99,34 @@ impl Curve {
         (best.1, best.2)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit square, closed, from its first corner.
+    fn square() -> Curve {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+        Curve::new(corners.into_iter().map(|[x, y]| DVec3::new(x, y, 0.0)))
+    }
+
+    #[test]
+    fn of_two_stretches_of_a_closed_curve_the_one_with_the_middle_is_taken() {
+        let ends = [DVec3::new(1.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
+        assert_eq!(square().stretch(ends, DVec3::new(1.0, 0.9, 0.0)), Some([1.0, 3.0]));
+        assert_eq!(square().stretch(ends, DVec3::new(0.4, 0.0, 0.0)), Some([3.0, 5.0]));
+        assert_eq!(square().stretch([ends[0]; 2], DVec3::new(0.4, 0.0, 0.0)), Some([1.0, 5.0]), "all round");
+        assert_eq!(square().stretch([ends[0], DVec3::splat(0.5)], ends[1]), None, "a point off the curve");
+    }
+
+    #[test]
+    fn points_outside_a_stretch_go_to_its_nearer_end() {
+        let curve = square();
+        let within = |p: DVec3, stretch| curve.within(curve.project(p), stretch).0;
+        assert_eq!(within(DVec3::new(1.0, 0.5, 0.0), [1.25, 2.75]), DVec3::new(1.0, 0.5, 0.0));
+        assert_eq!(within(DVec3::new(0.9, 0.0, 0.0), [1.25, 2.75]), DVec3::new(1.0, 0.25, 0.0));
+        // Past the end of a closed curve.
+        assert_eq!(within(DVec3::new(0.5, 0.0, 0.0), [3.5, 4.25]), DVec3::new(0.25, 0.0, 0.0));
+        assert_eq!(within(DVec3::new(0.125, 0.0, 0.0), [3.5, 4.25]), DVec3::new(0.125, 0.0, 0.0));
+    }
+}

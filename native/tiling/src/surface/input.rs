@@ -72,7 +72,9 @@ pub(crate) fn without_crumbs(sharp: &[[u32; 2]], positions: &[DVec3], least: f64
             next += 1;
         }
         let across = Aabb::of(part.iter().map(|&v| positions[v as usize])).diagonal();
-        part.into_iter().for_each(|v| _ = is_large.insert(v, across >= least));
+        for v in part {
+            is_large.insert(v, across >= least);
+        }
     }
     sharp.iter().copied().filter(|[a, _]| is_large[a]).collect()
 }
@@ -146,4 +148,19 @@ fn unpinched(surface: &TriangleMesh) -> (TriangleMesh, Vec<u32>) {
         }
     }
     (mesh, original)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sharp_edges_that_are_small_together_are_crumbs() {
+        let positions: Vec<DVec3> = (0..8).map(|k| DVec3::new(f64::from(k), 0.0, 0.0)).collect();
+        // A line of three edges, given in no order, and one of two.
+        let sharp = [[2, 1], [5, 6], [0, 1], [4, 5], [2, 3]];
+        assert_eq!(without_crumbs(&sharp, &positions, 2.5), [[2, 1], [0, 1], [2, 3]]);
+        assert_eq!(without_crumbs(&sharp, &positions, 2.0), sharp);
+        assert!(without_crumbs(&sharp, &positions, 3.5).is_empty());
+    }
 }

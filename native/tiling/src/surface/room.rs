@@ -22,7 +22,9 @@ pub(super) fn rooms(pattern: &Pattern, curves: &[Curve], uses: &BTreeMap<[u32; 2
     };
     let mut is_border = vec![false; curves.len()];
     for (&edge, _) in uses.iter().filter(|(_, uses)| **uses == 1) {
-        curve_of(edge).into_iter().for_each(|c| is_border[c] = true);
+        if let Some(c) = curve_of(edge) {
+            is_border[c] = true;
+        }
     }
     // Vertices beside each along its curve; beside a corner, with their curves.
     let mut beside: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
@@ -51,7 +53,9 @@ pub(super) fn rooms(pattern: &Pattern, curves: &[Curve], uses: &BTreeMap<[u32; 2
             let middle = at(chain[chain.len() / 2]);
             let Some([low, high]) = curve.stretch([at(corner), at(here)], middle) else { continue };
             let margin = MARGIN * (high - low) / (chain.len() + 1) as f64;
-            chain.iter().for_each(|&v| rooms[v as usize] = Some([low + margin, high - margin]));
+            for v in chain {
+                rooms[v as usize] = Some([low + margin, high - margin]);
+            }
         }
     }
     rooms

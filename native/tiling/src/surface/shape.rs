@@ -438,7 +438,9 @@ impl Shaper<'_> {
     fn turned(&self, positions: &[DVec3]) -> Vec<u32> {
         let mut normals = vec![DVec3::ZERO; self.surface.positions.len()];
         for (t, triangle) in self.surface.triangles.iter().enumerate() {
-            triangle.iter().for_each(|&v| normals[v as usize] += self.surface.area_normal(t));
+            for &v in triangle {
+                normals[v as usize] += self.surface.area_normal(t);
+            }
         }
         let around = |t: usize| self.surface.triangles[t].iter().map(|&v| normals[v as usize]).sum::<DVec3>();
         (0..self.pattern.tiles.len() as u32)
