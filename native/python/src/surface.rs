@@ -10,7 +10,8 @@ use crate::surface_options::{PanelKeywords, SurfaceKeywords};
 use crate::worker;
 use ::tiling::schedule::{Schedule as Inner, ScheduleError, ScheduleOptions};
 use ::tiling::{
-    GraphFault, PanelSize, Partition, PolygonTiling, PolygonsError, SurfaceError, SurfaceOptions, Zigzag, tile_polygons,
+    Bar, GraphFault, MissedBar, PanelSize, Partition, PolygonTiling, PolygonsError, SurfaceError, SurfaceOptions,
+    Zigzag, tile_polygons,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -20,6 +21,9 @@ use std::sync::Arc;
 
 /// A count of panels this far from the one asked for is worth a word: a factor, as its logarithm.
 const NEAR_COUNT: f64 = 0.15;
+
+/// Elements that a warning names; the report has them all.
+const NAMED: usize = 5;
 
 /// Adds the function and the class to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -163,6 +167,12 @@ impl SurfaceResult {
 /// borders, features: "slide", so that vertices move along borders and along followed edges, or "keep" them at equal steps.
 /// type_tolerance, mirror: what counts as one type of panels, as in `panel_schedule`.
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
+///
+/// `report["warnings"]` says in sentences what came out other than asked, or is hard to build; `report["missed_bars"]` has a dict for each
+/// bar that is missed: "bar" (spread; planarity, the distance of a quad's diagonals over their mean length, which is twice that of the
+/// schedule; closeness or lines), "measured", "allowed", and "elements", the indices of faces or
+/// vertices ("kind") that miss it by themselves, the worst first. `report["taken_apart"]` has the vertices of the input where it touches
+/// itself: the panels are apart there, for a mesh that can be built is a manifold.
 ///
 /// Raises `InvalidMeshError` (no oriented surface, no area ...), `Cancelled`, or `QuadloomError` when a feature is no edge of
 /// the surface (its element "features" is a position in the list) or an option is out of range.
@@ -358,7 +368,12 @@ fn report<'py>(
         .map_err(|cause| errors::raise_plain::<InternalError>(py, "internal", cause.to_string()))?;
     let report: Bound<'py, PyDict> = py.import("json")?.call_method1("loads", (summary,))?.extract()?;
     report.set_item("irregular_vertices", made.irregular_interior_vertices)?;
-    report.set_item("warnings", warnings(asked, partition, made))?;
+    let missed = made.tiling.missed_bars();
+    let mut warnings = warnings(asked, partition, made);
+    warnings.extend(missed.iter().map(missed_sentence));
+    report.set_item("warnings", warnings)?;
+    report.set_item("missed_bars", missed.iter().map(|bar| missed_item(py, bar)).collect::<PyResult<Vec<_>>>()?)?;
+    report.set_item("taken_apart", &made.taken_apart)?;
     let made = &made.tiling;
     report.set_item("edge_length", made.edge_length)?;
     report.set_item("interior_vertices", made.interior_vertices)?;
@@ -376,12 +391,68 @@ fn report<'py>(
     Ok(report)
 }
 
+/// A missed bar for programs: its name, what was measured and is allowed, the elements.
+fn missed_item<'py>(py: Python<'py>, missed: &MissedBar) -> PyResult<Bound<'py, PyDict>> {
+    let (name, kind) = match missed.bar {
+        Bar::Spread => ("spread", "faces"),
+        Bar::Planarity => ("planarity", "faces"),
+        Bar::Closeness => ("closeness", "verts"),
+        Bar::Lines => ("lines", "verts"),
+    };
+    let item = PyDict::new(py);
+    item.set_item("bar", name)?;
+    item.set_item("measured", missed.measured)?;
+    item.set_item("allowed", missed.allowed)?;
+    item.set_item("kind", kind)?;
+    item.set_item("elements", arrays::index_array(py, &missed.elements))?;
+    Ok(item)
+}
+
+/// A missed bar for people, with the worst elements and what to do.
+fn missed_sentence(missed: &MissedBar) -> String {
+    let (measured, allowed) = (100.0 * missed.measured, 100.0 * missed.allowed);
+    let (what, kind, remedy) = match missed.bar {
+        Bar::Spread => (
+            format!("edge lengths vary by {measured:.1}% of their mean (at most {allowed:.0}% for like panels)"),
+            "faces",
+            "smaller panels, the other partition or more uniformity make them more equal",
+        ),
+        Bar::Planarity => (
+            format!(
+                "quads are bent by {measured:.2}% of their diagonals on average (at most {allowed:.0}% for flat panels)"
+            ),
+            "faces",
+            "smaller panels, a pattern with more triangles or a larger planarity make them flatter",
+        ),
+        Bar::Closeness => (
+            format!("panels leave the surface by {measured:.1}% of its size (at most {allowed:.0}%)"),
+            "vertices",
+            "smaller panels or a larger closeness keep them nearer",
+        ),
+        Bar::Lines => (
+            format!("the border or a followed line is missed by {measured:.0}% of an edge (at most {allowed:.0}%)"),
+            "vertices",
+            "smaller panels, or a larger corner angle where the line is jagged, make room",
+        ),
+    };
+    let count = missed.elements.len();
+    let named: Vec<String> = missed.elements.iter().take(NAMED).map(ToString::to_string).collect();
+    let more = if count > NAMED { format!(" and {} more", count - NAMED) } else { String::new() };
+    let worst = if count > 0 { format!("; worst at {kind} {}{more}", named.join(", ")) } else { String::new() };
+    format!("{what}{worst}: {remedy}")
+}
+
 fn warnings(asked: PanelSize, partition: Partition, made: &PolygonTiling) -> Vec<String> {
     let mut warnings = Vec::new();
     let touching = made.taken_apart.len();
     if touching > 0 {
         let vertices = if touching == 1 { "vertex" } else { "vertices" };
-        warnings.push(format!("the surface touches itself at {touching} {vertices}; the panels are apart there"));
+        let named: Vec<String> = made.taken_apart.iter().take(NAMED).map(ToString::to_string).collect();
+        let more = if touching > NAMED { " ..." } else { "" };
+        warnings.push(format!(
+            "the surface touches itself at {touching} {vertices} ({}{more}); the panels are apart there",
+            named.join(", ")
+        ));
     }
     let made = &made.tiling;
     let panels = made.mesh.face_count() as u32;

@@ -8,7 +8,9 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 use surface::closest::ClosestPoint;
-use tiling::{Fill, Kind, Partition, PatchGraph, SurfaceOptions, SurfaceTiling, tile_surface};
+use tiling::{
+    Fill, Kind, PanelSize, Partition, PatchGraph, PolygonTiling, SurfaceOptions, SurfaceTiling, tile_polygons,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -35,16 +37,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     for file in files {
         let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
-        let input = TriangleMesh::from_polygons(&testkit::obj::read(&std::fs::read_to_string(file)?)?).0;
-        let area: f64 = (0..input.triangles.len()).map(|t| input.area_normal(t).length() / 2.0).sum();
-        let edge_length = match edge.strip_prefix('n') {
-            // 11 tiles on a period of the lattice, 6.46 edges squared.
-            Some(panels) => (area / panels.parse::<f64>()? * 11.0 / 6.464).sqrt(),
-            None => edge.parse()?,
+        let polygons = testkit::obj::read(&std::fs::read_to_string(file)?)?;
+        let size = match edge.strip_prefix('n') {
+            Some(panels) => PanelSize::Count(panels.parse()?),
+            None => PanelSize::EdgeLength(edge.parse()?),
         };
-        match tile_surface(&input, edge_length, &options, &Monitor::new()) {
-            Ok(result) => {
-                report(&name, &input, &result)?;
+        match tile_polygons(&polygons, size, &options, &Monitor::new()) {
+            Ok(PolygonTiling { tiling: result, .. }) => {
+                report(&name, &TriangleMesh::from_polygons(&polygons).0, &result)?;
                 if let Some(graph) = &result.patch_graph {
                     std::fs::write(Path::new(folder).join(format!("{name}.patches.svg")), picture(graph))?;
                 }

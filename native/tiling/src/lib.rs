@@ -39,10 +39,10 @@ mod tilings;
 mod value;
 
 pub use self::surface::{
-    Along, Corner, DrawnGraph, Edit, EditError, Fill, FoldError, FoldOptions, Folding, Gluing, GraphError, GraphFault,
-    NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PatchTiles, PolyhedronOptions, PolyhedronTiling,
-    Proposal, ShapeOptions, Side, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, fold, tile_surface,
-    zigzags_of_patch,
+    Along, Bar, Corner, DrawnGraph, Edit, EditError, Fill, FoldError, FoldOptions, Folding, Gluing, GraphError,
+    GraphFault, MissedBar, NoCIndices, Panel, Partition, Patch, PatchDesign, PatchGraph, PatchTiles, PolyhedronOptions,
+    PolyhedronTiling, Proposal, ShapeOptions, Side, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, fold,
+    tile_surface, zigzags_of_patch,
 };
 pub use border::Conflict;
 pub use boundary::Boundary;

@@ -6,6 +6,7 @@ use crate::surface::{
     Fill, Partition, PolyhedronOptions, PolyhedronTiling, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling,
     Zigzag, tile_faces, tile_surface,
 };
+use crate::surface::{STEP, without_crumbs};
 use ::surface::inspect::{Fault, inspect, inspect_vertices};
 use ::surface::triangulate::triangulate;
 use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
@@ -142,7 +143,11 @@ pub(crate) fn prepare(
     let unit = mesh.with_positions(unit);
     let surface = triangulate(&unit).mesh;
     let mut options = options.clone();
-    options.marked_edges.extend(sharp_edges(&unit, options.feature_angle));
+    let rough_length = match size {
+        PanelSize::EdgeLength(length) => length / place.scale,
+        PanelSize::Count(count) => edge_length_by_area(count, &surface),
+    };
+    options.marked_edges.extend(sharp_edges(&unit, options.feature_angle, rough_length));
     options.feature_angle = PI;
     let (edge_length, start) = match size {
         PanelSize::EdgeLength(length) => (length / place.scale, 0.0),
@@ -189,9 +194,9 @@ pub fn tile_polyhedron(
     Ok(tile_faces(polyhedron, edge_length, options, monitor)?)
 }
 
-/// Edges of faces at which the surface turns by more than the angle. Diagonals of bent faces may turn as much, but are no
-/// edges.
-fn sharp_edges(mesh: &PolygonMesh, angle: f64) -> Vec<[u32; 2]> {
+/// Edges of faces at which the surface turns by more than the angle, crumbs left out. Diagonals of bent faces may turn as much, but are
+/// no edges.
+fn sharp_edges(mesh: &PolygonMesh, angle: f64, edge_length: f64) -> Vec<[u32; 2]> {
     let topology = Topology::of(mesh);
     let normals: Vec<DVec3> =
         (0..mesh.face_count()).map(|f| face_normal(&mesh.face_points(f).collect::<Vec<_>>())).collect();
@@ -202,7 +207,15 @@ fn sharp_edges(mesh: &PolygonMesh, angle: f64) -> Vec<[u32; 2]> {
             left != DVec3::ZERO && right != DVec3::ZERO && left.angle_between(right) > angle
         }
     };
-    topology.edges().filter(|&h| turns(h)).map(|h| [topology.from(h), topology.to(h)]).collect()
+    let sharp: Vec<[u32; 2]> =
+        topology.edges().filter(|&h| turns(h)).map(|h| [topology.from(h), topology.to(h)]).collect();
+    without_crumbs(&sharp, &mesh.positions, STEP * edge_length)
+}
+
+/// The edge length of so many panels, were they regular.
+fn edge_length_by_area(count: u32, surface: &TriangleMesh) -> f64 {
+    let area: f64 = (0..surface.triangles.len()).map(|t| surface.area_normal(t).length() / 2.0).sum();
+    (area / (MEAN_PANEL_AREA * f64::from(count))).sqrt()
 }
 
 /// The edge length that makes about so many panels. How many there are is seen without shaping them to the end, which takes
@@ -213,11 +226,10 @@ fn edge_length_of(
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<f64, SurfaceError> {
-    let area: f64 = (0..surface.triangles.len()).map(|t| surface.area_normal(t).length() / 2.0).sum();
     let shape = ShapeOptions { rounds: FEW_ROUNDS, flattening_rounds: 0, ..options.shape };
     // A partition into patches would take long, and makes about as many.
     let quick = SurfaceOptions { fill: Fill::Regular, shape, partition: Partition::Expansion, ..options.clone() };
-    let mut length = (area / (MEAN_PANEL_AREA * f64::from(count))).sqrt();
+    let mut length = edge_length_by_area(count, surface);
     let mut best = (f64::INFINITY, length);
     for correction in 0..CORRECTIONS {
         let [low, high] = [correction, correction + 1].map(|step| step as f64 / CORRECTIONS as f64);

@@ -191,7 +191,7 @@ fn patches_of_a_sphere_take_zigzags_and_far_ones_keep_their_tiles() {
     let before = tiled(&shapes::sphere(12), 0.15, Vec::new());
     let Some(graph) = &before.patch_graph else { panic!("no partition of the sphere") };
     let (mut taken, mut refused) = (0, 0);
-    for side in (0..graph.sides.len() as u32).step_by(15) {
+    for side in (0..graph.sides.len() as u32).step_by(7) {
         match before.zigzag(&[Zigzag::new(side, 1)], &Monitor::new()) {
             Ok(after) => {
                 assert_edited(&before, &after);
@@ -205,7 +205,7 @@ fn patches_of_a_sphere_take_zigzags_and_far_ones_keep_their_tiles() {
         }
     }
     // A strip must come back to where it began, for there is no border.
-    assert!(taken > 0, "{taken} sides took a zigzag, {refused} did not");
+    assert!(taken > 0 && refused == 0, "{taken} sides took a zigzag, {refused} did not");
 }
 
 #[test]

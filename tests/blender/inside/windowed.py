@@ -126,6 +126,40 @@ def test_a_modal_retopology_keeps_its_layout_for_the_next() -> Generator[None, N
     assert sorted(obj.name for obj in bpy.data.objects) == ["Ball", "Ball Quads"]
 
 
+def test_panels_are_exported_from_the_file_browser(folder: Path) -> Generator[None, None, None]:
+    for block in (*bpy.data.objects, *bpy.data.meshes):
+        bpy.data.batch_remove([block])
+    shapes.choose(shapes.add("Wall", shapes.ball(8)))
+    windows = bpy.context.window_manager.windows
+    with bpy.context.temp_override(**view()):
+        assert bpy.ops.quadloom.export_panels("INVOKE_DEFAULT", True) == {"RUNNING_MODAL"}
+    deadline = time.monotonic() + MOST_SECONDS
+    browsers = []
+    while not browsers:
+        assert time.monotonic() < deadline, "the file browser did not open"
+        yield
+        browsers = [(w, a) for w in windows for a in w.screen.areas if a.type == "FILE_BROWSER"]
+    (window, area), *_ = browsers
+    while area.spaces.active.params is None:
+        assert time.monotonic() < deadline, "the file browser has nothing to show"
+        yield
+    space = area.spaces.active
+    assert type(space.active_operator).__name__ == "QUADLOOM_OT_export_panels"
+    # What a user does there: another format at the side, which gives the name its ending, a folder, a name, the button.
+    space.active_operator.format = "json"
+    space.params.directory = str(folder).encode()
+    space.params.filename = "wall.json"
+    yield
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        assert bpy.ops.file.execute() == {"FINISHED"}
+    path = folder / "wall.json"
+    while not path.exists() or jobs().running is not None:
+        assert time.monotonic() < deadline, "no file was written"
+        yield
+    assert len(json.loads(path.read_text(encoding="utf-8"))["panels"]) == len(bpy.data.objects["Wall"].data.polygons)
+
+
 def test_the_panel_draws(folder: Path | None) -> Generator[None, None, None]:
     start(12, operation="union", hide_inputs=False)
     yield from until_done()
@@ -187,6 +221,7 @@ def run(folder: Path, pictures: Path | None) -> Generator[None, None, None]:
         test_esc_cancels_and_leaves_nothing(),
         test_a_modal_tiling_makes_the_panels_in_one_undo_step(),
         test_a_modal_retopology_keeps_its_layout_for_the_next(),
+        test_panels_are_exported_from_the_file_browser(folder),
         test_the_panel_draws(pictures),
     ]
     for test in tests:

@@ -8,12 +8,13 @@
 //!
 //! Weights that the caller set are the caller's wish and stay.
 
+use super::SurfaceError;
 use super::curve::Curve;
 use super::panels::planarity;
-use super::pattern::Pattern;
-use super::shape::{ShapeOptions, shape};
-use super::{SurfaceError, spread};
-use mesh::{DVec3, Monitor, TriangleMesh};
+use super::pattern::{Pattern, Place};
+use super::shape::{ShapeOptions, Shaped, shape};
+use mesh::{Aabb, DVec3, Monitor, PolygonMesh, TriangleMesh, sorted};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Patches whose panels are more unequal than this (the spread of their edges) are no patches to build: the surface is not flat enough in
 /// them.
@@ -25,6 +26,9 @@ pub(super) const MOST_BENT: f64 = 0.02;
 /// Distance of a vertex from the surface, in diagonals of the mesh, above which the mesh shows another shape.
 const MOST_DISTANCE: f64 = 0.03;
 
+/// Distance of a vertex from its border or followed line, in edges, above which there is a gap or an overlap to see.
+const MOST_OFF_LINE: f64 = 0.05;
+
 /// The weight of equal edges where without it they are too unequal: then they matter more than angles. More of it moves panels off the
 /// surface and gains little (a torus of 500 squares: spread 20.1% without, 18.9% with 0.3, 18.7% with 1, closeness 0.6% and 0.95%).
 const EVEN: f64 = 0.5;
@@ -33,62 +37,188 @@ const EVEN: f64 = 0.5;
 /// stiffer, the slower.
 const FLAT: [(f64, usize); 3] = [(40.0, 60), (80.0, 120), (120.0, 160)];
 
-/// What was measured of a shaped mesh, each in bars: 1 is just allowed.
-struct Measures {
-    spread: f64,
-    bent: f64,
-    distance: f64,
+/// How often corners are loosened for panels that are turned over.
+const LOOSENINGS: usize = 2;
+
+/// What is asked of a mesh that can be built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bar {
+    /// Standard deviation of the edge lengths over their mean, at most 0.2.
+    Spread,
+    /// Mean planarity of the quads, at most 0.02.
+    Planarity,
+    /// Distance of each vertex from the surface, at most 0.03 of the mesh's diagonal.
+    Closeness,
+    /// Distance of each vertex of a border or followed line from it, at most 0.05 of the mean edge.
+    Lines,
 }
 
-impl Measures {
-    fn of(pattern: &Pattern, farthest: f64) -> Self {
-        let Pattern { positions, tiles, .. } = pattern;
-        let lengths = tiles.iter().flat_map(|tile| {
-            (0..tile.len()).map(|k| [tile[k], tile[(k + 1) % tile.len()]].map(|v| positions[v as usize]))
-        });
-        let quads = tiles.iter().filter(|tile| tile.len() == 4);
-        let bent: f64 = quads.clone().map(|tile| planarity([0, 1, 2, 3].map(|k| positions[tile[k] as usize]))).sum();
-        let low = positions.iter().copied().reduce(DVec3::min).unwrap_or_default();
-        let high = positions.iter().copied().reduce(DVec3::max).unwrap_or_default();
+/// A bar that a mesh misses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MissedBar {
+    /// Which.
+    pub bar: Bar,
+    /// What was measured, in the bar's unit.
+    pub measured: f64,
+    /// What is allowed.
+    pub allowed: f64,
+    /// What misses it by itself, the worst first: faces with an edge so far off the mean, quads so bent, vertices so far.
+    pub elements: Vec<u32>,
+}
+
+/// What was measured of a shaped mesh.
+#[derive(Debug, Clone)]
+pub(super) struct Quality {
+    /// Standard deviation of the edge lengths over their mean.
+    pub spread: f64,
+    /// Mean planarity of quads.
+    pub bent: f64,
+    /// Distance of each vertex from the surface, in diagonals of the mesh, and from its line, in edges.
+    off_surface: Vec<f64>,
+    off_line: Vec<f64>,
+}
+
+impl Quality {
+    /// Of a pattern whose vertices are so far from the surface and from their lines, scene units. O(n log n).
+    pub fn of(positions: &[DVec3], tiles: &[Vec<u32>], off_surface: Vec<f64>, off_line: Vec<f64>) -> Self {
+        let edges: BTreeSet<[u32; 2]> = tiles
+            .iter()
+            .flat_map(|tile| (0..tile.len()).map(|k| sorted(tile[k], tile[(k + 1) % tile.len()])))
+            .collect();
+        let count = edges.len().max(1) as f64;
+        let length = |&[a, b]: &[u32; 2]| positions[a as usize].distance(positions[b as usize]);
+        let mean = (edges.iter().map(length).sum::<f64>() / count).max(f64::MIN_POSITIVE);
+        let variance = edges.iter().map(|edge| (length(edge) / mean - 1.0).powi(2)).sum::<f64>() / count;
+        let quads =
+            || tiles.iter().filter(|tile| tile.len() == 4).map(|tile| tile.iter().map(|&v| positions[v as usize]));
+        let bent: f64 = quads().map(|points| planarity(&points.collect::<Vec<_>>())).sum();
+        let diagonal = Aabb::of(positions.iter().copied()).diagonal().max(f64::MIN_POSITIVE);
         Self {
-            spread: spread(lengths.map(|[a, b]| a.distance(b))) / MOST_SPREAD,
-            bent: bent / quads.count().max(1) as f64 / MOST_BENT,
-            distance: farthest / low.distance(high).max(f64::MIN_POSITIVE) / MOST_DISTANCE,
+            spread: variance.sqrt(),
+            bent: bent / quads().count().max(1) as f64,
+            off_surface: off_surface.into_iter().map(|distance| distance / diagonal).collect(),
+            off_line: off_line.into_iter().map(|distance| distance / mean).collect(),
         }
     }
 
-    /// What is above the bars, 0 where nothing is.
+    /// Every bar with what was measured and what is allowed.
+    fn measured(&self) -> [(Bar, f64, f64); 4] {
+        let most = |distances: &[f64]| distances.iter().copied().fold(0.0, f64::max);
+        [
+            (Bar::Spread, self.spread, MOST_SPREAD),
+            (Bar::Planarity, self.bent, MOST_BENT),
+            (Bar::Closeness, most(&self.off_surface), MOST_DISTANCE),
+            (Bar::Lines, most(&self.off_line), MOST_OFF_LINE),
+        ]
+    }
+
+    /// What is above the bars, in bars, 0 where nothing is.
     fn excess(&self) -> f64 {
-        [self.spread, self.bent, self.distance].into_iter().map(|measure| (measure - 1.0).max(0.0)).sum()
+        self.measured().iter().map(|(_, measured, allowed)| (measured / allowed - 1.0).max(0.0)).sum()
+    }
+
+    /// The bars that the mesh misses, with its elements that do.
+    pub fn missed(&self, mesh: &PolygonMesh) -> Vec<MissedBar> {
+        let point = |v: u32| mesh.positions[v as usize];
+        let lengths = |face: &[u32]| -> Vec<f64> {
+            (0..face.len()).map(|k| point(face[k]).distance(point(face[(k + 1) % face.len()]))).collect()
+        };
+        let all: Vec<f64> = mesh.faces().flat_map(lengths).collect();
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        let worst_edge =
+            |face: &[u32]| lengths(face).iter().map(|length| (length / mean - 1.0).abs()).fold(0.0, f64::max);
+        let bend = |face: &[u32]| {
+            if face.len() == 4 { planarity(&face.iter().map(|&v| point(v)).collect::<Vec<_>>()) } else { 0.0 }
+        };
+        let missed = self.measured().into_iter().filter(|(_, measured, allowed)| measured > allowed);
+        missed
+            .map(|(bar, measured, allowed)| {
+                let off: Vec<f64> = match bar {
+                    Bar::Spread => mesh.faces().map(worst_edge).collect(),
+                    Bar::Planarity => mesh.faces().map(bend).collect(),
+                    Bar::Closeness => self.off_surface.clone(),
+                    Bar::Lines => self.off_line.clone(),
+                };
+                let mut elements: Vec<u32> = (0..off.len() as u32).filter(|&k| off[k as usize] > allowed).collect();
+                elements.sort_by(|&a, &b| off[b as usize].total_cmp(&off[a as usize]).then(a.cmp(&b)));
+                MissedBar { bar, measured, allowed, elements }
+            })
+            .collect()
     }
 }
 
-/// Puts the pattern on the surface and shapes it with the weights asked for, and with others where these leave it above a bar; the tiles
-/// that are turned over in the end.
+/// Corners of the border at panels that are turned over, each with a curve along which it may slide instead: on a jagged border there is
+/// no room for panels beside every corner, and panels that are cut off by part of an edge there are better than ones turned over, or
+/// many times as many. Where more than two curves meet they stay.
+fn loosened(pattern: &Pattern, turned: &[u32]) -> BTreeMap<u32, u32> {
+    let is_fixed = |v: u32| pattern.places[v as usize] == Place::Fixed;
+    let at_turned = turned.iter().flat_map(|&t| &pattern.tiles[t as usize]).copied();
+    let wanted: BTreeSet<u32> = at_turned.filter(|&v| is_fixed(v)).collect();
+    // The edges at each, with the number of tiles there.
+    let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    for tile in &pattern.tiles {
+        for k in 0..tile.len() {
+            let (a, b) = (tile[k], tile[(k + 1) % tile.len()]);
+            for edge in [[a, b], [b, a]].into_iter().filter(|edge| wanted.contains(&edge[0])) {
+                *edges.entry(edge).or_default() += 1;
+            }
+        }
+    }
+    let curves = |v: u32, is_border: bool| -> BTreeSet<u32> {
+        let beside = edges.range([v, 0]..=[v, u32::MAX]).filter(|(_, uses)| (**uses == 1) == is_border);
+        let on = beside.filter_map(|(edge, _)| match pattern.places[edge[1] as usize] {
+            Place::OnCurve(curve) => Some(curve),
+            Place::Free | Place::Fixed => None,
+        });
+        on.collect()
+    };
+    let found = wanted.iter().filter_map(|&v| {
+        let (border, inner) = (curves(v, true), curves(v, false));
+        Some((v, *border.first()?)).filter(|_| inner.is_subset(&border))
+    });
+    found.collect()
+}
+
+/// Puts the pattern on the surface and shapes it with the weights asked for, and with others where these leave it above a bar.
 pub(super) fn shape_to_bars(
     surface: &TriangleMesh,
     curves: &[Curve],
     pattern: &mut Pattern,
     options: ShapeOptions,
     monitor: &Monitor,
-) -> Result<Vec<u32>, SurfaceError> {
+) -> Result<Shaped, SurfaceError> {
     let laid = pattern.positions.clone();
-    let first = shape(surface, curves, pattern, options, monitor)?;
-    let mut best = Measures::of(pattern, first.farthest);
-    if !first.turned.is_empty() || best.excess() <= 0.0 {
-        return Ok(first.turned);
+    let mut best = shape(surface, curves, pattern, options, monitor)?;
+    for _ in 0..LOOSENINGS {
+        let corners = loosened(pattern, &best.turned);
+        if corners.is_empty() {
+            break;
+        }
+        let before = pattern.clone();
+        for (v, curve) in corners {
+            pattern.places[v as usize] = Place::OnCurve(curve);
+        }
+        pattern.positions.copy_from_slice(&laid);
+        let shaped = shape(surface, curves, pattern, options, monitor)?;
+        if shaped.turned.len() >= best.turned.len() {
+            *pattern = before;
+            break;
+        }
+        best = shaped;
+    }
+    if !best.turned.is_empty() || best.quality.excess() <= 0.0 {
+        return Ok(best);
     }
     // Shapes once more and keeps what is nearer to the bars.
-    let again = |pattern: &mut Pattern, best: &mut Measures, from: Option<&[DVec3]>, options| {
+    let again = |pattern: &mut Pattern, best: &mut Shaped, from: Option<&[DVec3]>, options| {
         let before = pattern.positions.clone();
         if let Some(from) = from {
             pattern.positions.copy_from_slice(from);
         }
         let shaped = shape(surface, curves, pattern, options, monitor)?;
-        let measures = Measures::of(pattern, shaped.farthest);
-        let is_better = shaped.turned.is_empty() && measures.excess() < best.excess();
+        let is_better = shaped.turned.is_empty() && shaped.quality.excess() < best.quality.excess();
         if is_better {
-            *best = measures;
+            *best = shaped;
         } else {
             pattern.positions = before;
         }
@@ -96,7 +226,7 @@ pub(super) fn shape_to_bars(
     };
     let default = ShapeOptions::default();
     let mut weights = options;
-    if best.spread > 1.0 && options.uniformity == 0.0 {
+    if best.quality.spread > MOST_SPREAD && options.uniformity == 0.0 {
         let even = ShapeOptions { uniformity: EVEN, ..options };
         if again(pattern, &mut best, Some(&laid), even)? {
             weights = even;
@@ -105,12 +235,12 @@ pub(super) fn shape_to_bars(
     let chosen = [options.planarity, options.closeness].map(f64::to_bits);
     if options.flattening_rounds > 0 && chosen == [default.planarity, default.closeness].map(f64::to_bits) {
         for (planarity, flattening_rounds) in FLAT {
-            if best.bent <= 1.0 {
+            if best.quality.bent <= MOST_BENT {
                 break;
             }
             let flat = ShapeOptions { rounds: 0, flattening_rounds, planarity, ..weights };
             again(pattern, &mut best, None, flat)?;
         }
     }
-    Ok(Vec::new())
+    Ok(best)
 }

@@ -226,7 +226,8 @@ impl Coarse {
         }
     }
 
-    /// A triangle's half-edge opposite a vertex where a wide sector between curves has two triangles only.
+    /// A triangle's half-edge opposite a vertex where a wide sector between curves has two triangles only, or all around the loose end
+    /// of a curve there are three: the fan there would have two triangles over the same three vertices.
     fn narrow_sector(&self) -> Option<u32> {
         let topology = Topology::of_triangles(&self.mesh);
         let angle = |h: u32| {
@@ -243,7 +244,12 @@ impl Coarse {
             let before = topology.prev[h as usize];
             let second = topology.twin[before as usize];
             let outer = if second == mesh::NONE { return None } else { topology.prev[second as usize] };
-            self.curve_of(v, topology.from(outer))?;
+            if self.curve_of(v, topology.from(outer)).is_none() {
+                let is_loose = !topology.is_border_vertex(v)
+                    && topology.around(v).count() == 3
+                    && self.curve_of(v, topology.from(before)).is_none();
+                return is_loose.then(|| topology.next[second as usize]);
+            }
             if self.curve_of(v, topology.from(before)).is_some() || angle(h) + angle(second) < WIDE_SECTOR {
                 return None;
             }

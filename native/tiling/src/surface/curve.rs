@@ -8,11 +8,64 @@ const WINDOW: usize = 24;
 /// A polyline; closed when its last point is its first.
 pub(super) struct Curve {
     points: Vec<DVec3>,
+    /// Length up to each point.
+    walked: Vec<f64>,
 }
+
+/// A point this near to a curve is on it, as a part of the curve's length.
+const ON_CURVE: f64 = 1e-9;
 
 impl Curve {
     pub fn new(points: impl Iterator<Item = DVec3>) -> Self {
-        Self { points: points.collect() }
+        let points: Vec<DVec3> = points.collect();
+        let mut walked = vec![0.0; points.len()];
+        for k in 1..points.len() {
+            walked[k] = walked[k - 1] + points[k - 1].distance(points[k]);
+        }
+        Self { points, walked }
+    }
+
+    fn length(&self) -> f64 {
+        self.walked[self.walked.len() - 1]
+    }
+
+    fn is_closed(&self) -> bool {
+        self.points[0] == self.points[self.points.len() - 1]
+    }
+
+    fn length_at(&self, (point, segment): (DVec3, usize)) -> f64 {
+        self.walked[segment] + self.points[segment].distance(point)
+    }
+
+    /// The stretch between two points of the curve, as lengths along it, of two the one with a point near `middle`; `None` when they are
+    /// not on the curve or nothing is between them. On a closed curve the second length may be larger than that of the curve.
+    pub fn stretch(&self, ends: [DVec3; 2], middle: DVec3) -> Option<[f64; 2]> {
+        let whole = self.length();
+        let found = ends.map(|p| (p, self.project(p)));
+        if found.iter().any(|(p, (q, _))| p.distance(*q) > ON_CURVE * whole) {
+            return None;
+        }
+        let [a, b] = found.map(|(_, found)| self.length_at(found));
+        let (low, high) = (a.min(b), a.max(b));
+        let inner = self.length_at(self.project(middle));
+        let stretch =
+            if self.is_closed() && !(low..=high).contains(&inner) { [high, low + whole] } else { [low, high] };
+        (stretch[1] - stretch[0] > ON_CURVE * whole).then_some(stretch)
+    }
+
+    /// A point of the curve moved along it into a stretch, the nearer end of it when it is outside.
+    pub fn within(&self, found: (DVec3, usize), [low, high]: [f64; 2]) -> (DVec3, usize) {
+        let whole = self.length();
+        let at = self.length_at(found);
+        // On a closed curve a stretch may run past the end.
+        let here = if self.is_closed() && at < low && at + whole - high < low - at { at + whole } else { at };
+        if (low..=high).contains(&here) {
+            return found;
+        }
+        let to = here.clamp(low, high).rem_euclid(whole);
+        let segment = self.walked.partition_point(|&walked| walked <= to).clamp(1, self.points.len() - 1) - 1;
+        let part = (to - self.walked[segment]) / (self.walked[segment + 1] - self.walked[segment]);
+        (self.points[segment].lerp(self.points[segment + 1], part), segment)
     }
 
     /// Nearest point on any segment, and that segment.
@@ -26,7 +79,7 @@ impl Curve {
         if count <= 2 * WINDOW + 1 {
             return self.project(p);
         }
-        let is_closed = self.points[0] == self.points[count];
+        let is_closed = self.is_closed();
         let around = (hint + count - WINDOW)..=(hint + count + WINDOW);
         let inside = around.filter(|&k| is_closed || (count..2 * count).contains(&k));
         self.nearest(p, inside.map(|k| k % count))
@@ -44,5 +97,36 @@ impl Curve {
             }
         }
         (best.1, best.2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit square, closed, from its first corner.
+    fn square() -> Curve {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+        Curve::new(corners.into_iter().map(|[x, y]| DVec3::new(x, y, 0.0)))
+    }
+
+    #[test]
+    fn of_two_stretches_of_a_closed_curve_the_one_with_the_middle_is_taken() {
+        let ends = [DVec3::new(1.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
+        assert_eq!(square().stretch(ends, DVec3::new(1.0, 0.9, 0.0)), Some([1.0, 3.0]));
+        assert_eq!(square().stretch(ends, DVec3::new(0.4, 0.0, 0.0)), Some([3.0, 5.0]));
+        assert_eq!(square().stretch([ends[0]; 2], DVec3::new(0.4, 0.0, 0.0)), Some([1.0, 5.0]), "all round");
+        assert_eq!(square().stretch([ends[0], DVec3::splat(0.5)], ends[1]), None, "a point off the curve");
+    }
+
+    #[test]
+    fn points_outside_a_stretch_go_to_its_nearer_end() {
+        let curve = square();
+        let within = |p: DVec3, stretch| curve.within(curve.project(p), stretch).0;
+        assert_eq!(within(DVec3::new(1.0, 0.5, 0.0), [1.25, 2.75]), DVec3::new(1.0, 0.5, 0.0));
+        assert_eq!(within(DVec3::new(0.9, 0.0, 0.0), [1.25, 2.75]), DVec3::new(1.0, 0.25, 0.0));
+        // Past the end of a closed curve.
+        assert_eq!(within(DVec3::new(0.5, 0.0, 0.0), [3.5, 4.25]), DVec3::new(0.25, 0.0, 0.0));
+        assert_eq!(within(DVec3::new(0.125, 0.0, 0.0), [3.5, 4.25]), DVec3::new(0.125, 0.0, 0.0));
     }
 }

@@ -1,7 +1,7 @@
 //! The surface as the other stages want it: checked, pinched vertices apart, the edges to follow by its own indices.
 
 use super::{STEP, SurfaceError, SurfaceOptions};
-use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh, check, sorted};
+use mesh::{Aabb, DVec3, Monitor, NONE, Topology, TriangleMesh, check, sorted};
 use std::collections::BTreeMap;
 
 /// Most panels that a call may be asked for: some minutes and gigabytes.
@@ -42,11 +42,41 @@ impl Input {
                 }
             }
         }
+        followed = without_crumbs(&followed, &mesh.positions, STEP * edge_length);
         for (index, &[a, b]) in options.marked_edges.iter().enumerate() {
             followed.extend(edges.get(&sorted(a, b)).ok_or(SurfaceError::NoSuchEdge { index })?);
         }
         Ok(Self { mesh, followed })
     }
+}
+
+/// Sharp edges less those that hang together with others in a box smaller than `least` across: smaller than a step of the coarse
+/// triangulation they are flaws of the mesh (slivers, noise), and panels would be bent or turned over at them.
+pub(crate) fn without_crumbs(sharp: &[[u32; 2]], positions: &[DVec3], least: f64) -> Vec<[u32; 2]> {
+    let mut beside: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for &[a, b] in sharp {
+        beside.entry(a).or_default().push(b);
+        beside.entry(b).or_default().push(a);
+    }
+    let mut is_large: BTreeMap<u32, bool> = BTreeMap::new();
+    for &start in beside.keys() {
+        if is_large.contains_key(&start) {
+            continue;
+        }
+        is_large.insert(start, false);
+        let mut part = vec![start];
+        let mut next = 0;
+        while let Some(v) = part.get(next) {
+            let met = beside[v].iter().copied().filter(|&w| is_large.insert(w, false).is_none());
+            part.extend(met.collect::<Vec<_>>());
+            next += 1;
+        }
+        let across = Aabb::of(part.iter().map(|&v| positions[v as usize])).diagonal();
+        for v in part {
+            is_large.insert(v, across >= least);
+        }
+    }
+    sharp.iter().copied().filter(|[a, _]| is_large[a]).collect()
 }
 
 fn check_surface(surface: &TriangleMesh, monitor: &Monitor) -> Result<(), SurfaceError> {
@@ -118,4 +148,19 @@ fn unpinched(surface: &TriangleMesh) -> (TriangleMesh, Vec<u32>) {
         }
     }
     (mesh, original)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sharp_edges_that_are_small_together_are_crumbs() {
+        let positions: Vec<DVec3> = (0..8).map(|k| DVec3::new(f64::from(k), 0.0, 0.0)).collect();
+        // A line of three edges, given in no order, and one of two.
+        let sharp = [[2, 1], [5, 6], [0, 1], [4, 5], [2, 3]];
+        assert_eq!(without_crumbs(&sharp, &positions, 2.5), [[2, 1], [0, 1], [2, 3]]);
+        assert_eq!(without_crumbs(&sharp, &positions, 2.0), sharp);
+        assert!(without_crumbs(&sharp, &positions, 3.5).is_empty());
+    }
 }

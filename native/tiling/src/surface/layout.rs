@@ -441,6 +441,10 @@ fn region(
                     && (is_near(*at, k) || (6.0 - *before) * turns[k - 1] < 0.0 && is_step(*at, k))
                 {
                     *before -= turns[k - 1];
+                    // The sharpest of them is the corner.
+                    if *at > 0 && turns[*at - 1].abs() < turns[k - 1].abs() {
+                        *at = k;
+                    }
                 } else if is_corner {
                     places.push((k, Turn::Corner(angle(k), wanted(first + k))));
                 }

@@ -51,12 +51,14 @@ mod paving;
 mod polyhedron;
 mod region;
 mod regular;
+mod room;
 mod search;
 mod shape;
 mod strip;
 mod unfold;
 mod zigzag;
 
+pub use bars::{Bar, MissedBar};
 pub use fold::{FoldError, FoldOptions, Folding, Gluing, fold};
 pub use given::{DrawnGraph, GraphError, GraphFault};
 pub use guided::{PatchDesign, Proposal};
@@ -67,14 +69,17 @@ pub use polyhedron::{PolyhedronOptions, PolyhedronTiling, tile_faces};
 pub use shape::{Along, ShapeOptions};
 pub use zigzag::{Edit, EditError, Zigzag, zigzags_of_patch};
 
+pub(crate) use input::without_crumbs;
+
 use crate::{Kind, TilingError};
-use bars::{MOST_BENT, MOST_SPREAD};
+use bars::{MOST_BENT, MOST_SPREAD, Quality};
 use input::Input;
 use layout::{Draft, TOLERANCES};
 use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, Topology, TriangleMesh};
 use num_bigint::BigUint;
 use paper::{Kept, Paper};
 use pattern::Pattern;
+use shape::Shaped;
 use solve::SolveError;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -83,7 +88,7 @@ use surface::resample::ResampleError;
 
 /// Step of the coarse triangulation in edges of the pattern: 1 + sqrt 3 inside; along a curve three edges, a little less
 /// since they are drawn on by the tiles beside.
-const STEP: f64 = 2.732_050_807_568_877;
+pub(crate) const STEP: f64 = 2.732_050_807_568_877;
 const CURVE_STEP: f64 = 2.85;
 
 /// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
@@ -315,6 +320,7 @@ pub struct SurfaceTiling {
     pub edit: Edit,
     /// Seconds by stage, in order.
     pub stages: Vec<(&'static str, Duration)>,
+    quality: Quality,
     kept: Option<Kept>,
 }
 
@@ -333,15 +339,9 @@ impl SurfaceTiling {
 }
 
 impl SurfaceTiling {
-    /// Of the edge lengths.
-    fn spread(&self) -> f64 {
-        spread(self.panels.iter().flat_map(|panel| panel.edges.iter().copied()))
-    }
-
-    /// Mean planarity of quads.
-    fn bent(&self) -> f64 {
-        let quads = self.panels.iter().filter(|panel| panel.kind != Kind::Triangle);
-        quads.clone().map(|quad| quad.planarity).sum::<f64>() / quads.count().max(1) as f64
+    /// The bars that the mesh misses: what whoever builds it should know.
+    pub fn missed_bars(&self) -> Vec<MissedBar> {
+        self.quality.missed(&self.mesh)
     }
 
     /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, ten times that of rhombi, and what
@@ -350,21 +350,11 @@ impl SurfaceTiling {
         let topology = Topology::of(&self.mesh);
         let irregular = self.defects.iter().filter(|(v, _)| !topology.is_border_vertex(*v)).count() as f64;
         let rhombi = self.panels.iter().filter(|panel| panel.kind == Kind::Rhombus).count() as f64;
-        self.spread()
+        self.quality.spread
             + irregular / self.interior_vertices.max(1) as f64
             + 10.0 * rhombi / self.panels.len().max(1) as f64
-            + (self.bent() / MOST_BENT - 1.0).max(0.0)
+            + (self.quality.bent / MOST_BENT - 1.0).max(0.0)
     }
-}
-
-/// Standard deviation over mean.
-fn spread(lengths: impl Iterator<Item = f64>) -> f64 {
-    let (mut count, mut sum, mut squares) = (0.0f64, 0.0, 0.0);
-    for length in lengths {
-        (count, sum, squares) = (count + 1.0, sum + length, squares + length * length);
-    }
-    let mean = sum / count.max(1.0);
-    (squares / count.max(1.0) - mean * mean).max(0.0).sqrt() / mean
 }
 
 /// Covers a surface by triangles and quads whose edges are about `edge_length` long, in scene units.
@@ -402,14 +392,14 @@ pub fn tile_surface(
     let mut attempts = Vec::new();
     for fraction in SMALLER {
         let attempt = Attempt::new(&input, fraction * edge_length, options, &mut lap, monitor)?;
-        let is_sound = attempt.turned.is_empty();
+        let is_sound = attempt.shaped.turned.is_empty();
         attempts.push(attempt);
         if is_sound {
             break;
         }
     }
     // The largest panels among those with the fewest turned over.
-    let Some(best) = attempts.into_iter().min_by_key(|attempt| attempt.turned.len()) else {
+    let Some(best) = attempts.into_iter().min_by_key(|attempt| attempt.shaped.turned.len()) else {
         return Err(SurfaceError::Empty);
     };
     let kinds = best.pattern.kinds();
@@ -429,7 +419,8 @@ pub fn tile_surface(
         changed_patches: best.refilled.1,
         mesh,
         panels,
-        turned: best.turned,
+        turned: best.shaped.turned,
+        quality: best.shaped.quality,
         defects: defects.into_iter().collect(),
         interior_vertices,
         edit: Edit::default(),
@@ -462,10 +453,10 @@ fn of_patches(
         drafts.sort_by_key(Draft::is_odd);
         for draft in drafts {
             let papers = Paper::new(input, &draft, edge_length, options, lap, monitor)?;
-            for paper in papers.into_iter().filter(|paper| paper.turned.is_empty()) {
+            for paper in papers.into_iter().filter(|paper| paper.shaped.turned.is_empty()) {
                 let tiling = paper.measured(Vec::new())?;
                 let flaws = tiling.flaws();
-                if tiling.spread() <= MOST_SPREAD && best.as_ref().is_none_or(|(least, _)| flaws < *least) {
+                if tiling.quality.spread <= MOST_SPREAD && best.as_ref().is_none_or(|(least, _)| flaws < *least) {
                     best = Some((flaws, tiling));
                 }
             }
@@ -473,7 +464,7 @@ fn of_patches(
                 break;
             }
         }
-        if best.as_ref().is_some_and(|(_, tiling)| tiling.bent() <= MOST_BENT) {
+        if best.as_ref().is_some_and(|(_, tiling)| tiling.quality.bent <= MOST_BENT) {
             break;
         }
     }
@@ -484,7 +475,7 @@ fn of_patches(
 struct Attempt {
     edge_length: f64,
     pattern: Pattern,
-    turned: Vec<u32>,
+    shaped: Shaped,
     /// Patches filled, and how many of them changed.
     refilled: (usize, usize),
 }
@@ -508,8 +499,8 @@ impl Attempt {
             refilled = fill::refill(&mut pattern, patch_panels, options.fill.seed(), monitor)?;
         }
         lap(2);
-        let turned = bars::shape_to_bars(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
+        let shaped = bars::shape_to_bars(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
         lap(3);
-        Ok(Self { edge_length, pattern, turned, refilled })
+        Ok(Self { edge_length, pattern, shaped, refilled })
     }
 }

@@ -30,7 +30,7 @@ impl Panel {
                     let area = (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
                     return Self { kind, planarity: 0.0, area, edges };
                 }
-                let planarity = planarity([p[0], p[1], p[2], p[3]]);
+                let planarity = planarity(&p);
                 let half = |a: usize, b: usize| (p[a] - p[0]).cross(p[b] - p[0]).length() / 2.0;
                 let area = half(1, 2) + half(2, 3);
                 Self { kind, planarity, area, edges }
@@ -40,7 +40,7 @@ impl Panel {
 }
 
 /// Distance between the diagonals of a quad over their mean length.
-pub(super) fn planarity(p: [DVec3; 4]) -> f64 {
+pub(super) fn planarity(p: &[DVec3]) -> f64 {
     let (first, second) = (p[2] - p[0], p[3] - p[1]);
     let across = first.cross(second).normalize_or_zero();
     let mean = f64::midpoint(first.length(), second.length());

@@ -8,6 +8,7 @@ use super::panels::{self, Panel};
 use super::partition::WARY;
 use super::pattern::{Pattern, Place};
 use super::paving::{Paving, pave};
+use super::shape::Shaped;
 use super::zigzag::{Edit, Zigzag, zigzagged};
 use super::{Fill, SurfaceError, SurfaceOptions, SurfaceTiling, bars, fill};
 use crate::Kind;
@@ -34,7 +35,7 @@ pub(super) struct Paper {
     paving: Paving,
     pattern: Pattern,
     kinds: Vec<Kind>,
-    pub turned: Vec<u32>,
+    pub shaped: Shaped,
     /// As [`super::Attempt::refilled`].
     refilled: (usize, usize),
 }
@@ -113,9 +114,9 @@ impl Paper {
         }
         lap(2);
         let curves = &ground.layout.curves;
-        let turned = bars::shape_to_bars(&ground.input.mesh, curves, &mut pattern, ground.options.shape, monitor)?;
+        let shaped = bars::shape_to_bars(&ground.input.mesh, curves, &mut pattern, ground.options.shape, monitor)?;
         lap(3);
-        Ok(Self { ground, paving, pattern, kinds, turned, refilled })
+        Ok(Self { ground, paving, pattern, kinds, shaped, refilled })
     }
 
     /// The result, measured.
@@ -129,7 +130,8 @@ impl Paper {
             changed_patches: self.refilled.1,
             panels: Panel::all(&mesh, &self.kinds),
             mesh,
-            turned: self.turned,
+            turned: self.shaped.turned,
+            quality: self.shaped.quality,
             defects: defects.into_iter().collect(),
             interior_vertices,
             patch_graph: Some(self.ground.layout.graph.clone()),

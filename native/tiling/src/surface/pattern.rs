@@ -30,6 +30,7 @@ pub(super) enum Place {
 }
 
 /// A mesh of triangles and quads, before it is shaped.
+#[derive(Clone)]
 pub(super) struct Pattern {
     pub positions: Vec<DVec3>,
     pub places: Vec<Place>,

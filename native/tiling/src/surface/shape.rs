@@ -16,9 +16,11 @@
 //! those that would turn it at any length are left out.
 
 use super::SurfaceError;
+use super::bars::Quality;
 use super::curve::Curve;
 use super::pattern::{Pattern, Place};
 use super::regular::{mean_edge, nearest_regular};
+use super::room::rooms;
 use mesh::{DVec3, Monitor, NONE, TriangleMesh, sorted};
 use solve::cholesky::Factor;
 use std::collections::BTreeMap;
@@ -30,11 +32,17 @@ const ON_CURVE: f64 = 8.0;
 /// Weight of a vertex's last place while it is put back on the surface every round.
 const SLIDING: f64 = 0.01;
 
-/// How much more the tip of four triangles or fewer is held to the surface: regular ones would make a spike of it.
+/// How much more the tip of four triangles or fewer is held to the surface, and what is beside it: regular ones would make a spike of it,
+/// and the ring around a tip that is held alone buckles.
 const TIP: f64 = 10.0;
 
 /// How often a step is halved where it turns tiles over, before it is left out.
 const HALVINGS: usize = 4;
+
+/// Distance of a vertex from its curve, in edges, above which the tiles beside it are shaped again to make room for it, and the rounds
+/// that this takes.
+const OFF_CURVE: f64 = 0.01;
+const CURVE_ROUNDS: usize = 20;
 
 /// How hard to shape, and for what. Weights are against regularity, whose weight is 1 for each tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,6 +113,10 @@ struct Shaper<'a> {
     edges: Vec<[u32; 2]>,
     /// Vertices an edge away from each.
     beside: Vec<Vec<u32>>,
+    /// Vertices of four triangles or fewer and nothing else, and those an edge away from one.
+    is_by_tip: Vec<bool>,
+    /// Stretch of its curve where each vertex may be.
+    rooms: Vec<Option<[f64; 2]>>,
     /// Segment of its curve that each vertex was last nearest to.
     segment: Vec<usize>,
     /// Triangle of the surface that each vertex was last nearest to.
@@ -115,8 +127,7 @@ struct Shaper<'a> {
 pub(super) struct Shaped {
     /// Tiles that are turned over.
     pub turned: Vec<u32>,
-    /// Most distance of a vertex from the surface.
-    pub farthest: f64,
+    pub quality: Quality,
 }
 
 /// Puts the pattern on the surface and shapes it.
@@ -142,12 +153,17 @@ pub(super) fn shape(
         beside[a as usize].push(b);
         beside[b as usize].push(a);
     }
+    let is_triangle = |t: &u32| pattern.tiles[*t as usize].len() == 3;
+    let is_tip: Vec<bool> = tiles_at.iter().map(|tiles| tiles.len() <= 4 && tiles.iter().all(is_triangle)).collect();
+    let is_by_tip = (0..count).map(|v| is_tip[v] || beside[v].iter().any(|&w| is_tip[w as usize])).collect();
     let mut shaper = Shaper {
         surface,
         closest: ClosestPoint::new(surface),
         curves,
         pattern,
         tiles_at,
+        is_by_tip,
+        rooms: rooms(pattern, curves, &uses),
         edges: uses.into_keys().collect(),
         beside,
         segment: vec![0; count],
@@ -177,24 +193,59 @@ pub(super) fn shape(
             shaper.guarded(&mut positions, &wish);
         }
     }
-    // Borders end exactly on their curves, wherever no tile turns over by it.
-    let on_curves: Vec<DVec3> = (0..count)
-        .map(|v| if pattern.places[v] == Place::Free { positions[v] } else { shaper.nearest(v, positions[v]) })
-        .collect();
-    shaper.guarded(&mut positions, &on_curves);
+    // Borders end exactly on their curves, wherever no tile turns over by it; where one would, all give way first.
+    shaper.put_on_curves(&mut positions);
+    let most_off = OFF_CURVE * mean_edge(&pattern.tiles, &positions);
+    if options.flattening_rounds > 0 && shaper.off_curves(&positions).iter().any(|&off| off > most_off) {
+        let before = (positions.clone(), shaper.turned(&positions).len());
+        let system = shaper.system(free)?;
+        let curvature = shaper.curvature(&positions);
+        for _ in 0..CURVE_ROUNDS {
+            let mut wish = shaper.step(&positions, &system, free, &curvature, monitor)?;
+            for (v, p) in wish.iter_mut().enumerate().filter(|(v, _)| pattern.places[*v] != Place::Free) {
+                *p = shaper.nearest(v, *p);
+            }
+            shaper.guarded(&mut positions, &wish);
+        }
+        shaper.put_on_curves(&mut positions);
+        if shaper.turned(&positions).len() > before.1 {
+            positions = before.0;
+        }
+    }
     let turned = shaper.turned(&positions);
-    let farthest = positions.iter().map(|&p| shaper.closest.project(p).distance).fold(0.0, f64::max);
+    let off_surface = positions.iter().map(|&p| shaper.closest.project(p).distance).collect();
+    let off_line = shaper.off_curves(&positions);
+    let quality = Quality::of(&positions, &pattern.tiles, off_surface, off_line);
     pattern.positions = positions;
-    Ok(Shaped { turned, farthest })
+    Ok(Shaped { turned, quality })
 }
 
 impl Shaper<'_> {
+    /// Moves the vertices of curves to them, as far as no tile turns over.
+    fn put_on_curves(&mut self, positions: &mut [DVec3]) {
+        let wish: Vec<DVec3> = (0..positions.len())
+            .map(|v| if self.pattern.places[v] == Place::Free { positions[v] } else { self.nearest(v, positions[v]) })
+            .collect();
+        self.guarded(positions, &wish);
+    }
+
+    /// Distance of each vertex from its curve; 0 of those on none.
+    fn off_curves(&mut self, positions: &[DVec3]) -> Vec<f64> {
+        let far = |v: usize| match self.pattern.places[v] {
+            Place::Free => 0.0,
+            _ => self.nearest(v, positions[v]).distance(positions[v]),
+        };
+        (0..positions.len()).map(far).collect()
+    }
+
     /// The nearest allowed place of a vertex.
     fn nearest(&mut self, v: usize, p: DVec3) -> DVec3 {
         match self.pattern.places[v] {
             Place::Fixed => self.pattern.positions[v],
             Place::OnCurve(curve) => {
-                let (q, segment) = self.curves[curve as usize].project_near(p, self.segment[v]);
+                let curve = &self.curves[curve as usize];
+                let found = curve.project_near(p, self.segment[v]);
+                let (q, segment) = self.rooms[v].map_or(found, |room| curve.within(found, room));
                 self.segment[v] = segment;
                 q
             }
@@ -223,15 +274,11 @@ impl Shaper<'_> {
 
     fn weight(&self, v: usize, aims: Aims) -> f64 {
         match self.pattern.places[v] {
-            Place::Free if self.tiles_at[v].len() <= 4 && self.is_tip(v) => TIP * aims.closeness,
+            Place::Free if self.is_by_tip[v] => TIP * aims.closeness,
             Place::Free => aims.closeness,
             // Flat quads do not pull borders off their curves, however much they are asked for.
             _ => ON_CURVE.max(aims.planarity),
         }
-    }
-
-    fn is_tip(&self, v: usize) -> bool {
-        self.tiles_at[v].iter().all(|&t| self.pattern.tiles[t as usize].len() == 3)
     }
 
     /// Fixed vertices are no unknowns but rows of their own: x = place.
@@ -386,14 +433,23 @@ impl Shaper<'_> {
         is_turned(tile, positions, self.up(tile, positions))
     }
 
-    /// Tiles with a corner that faces away from the surface below their middle.
+    /// Tiles with a corner that faces away from the surface below their middle: from the triangle there, which may be a sliver that faces
+    /// anywhere, and from what is around it.
     fn turned(&self, positions: &[DVec3]) -> Vec<u32> {
+        let mut normals = vec![DVec3::ZERO; self.surface.positions.len()];
+        for (t, triangle) in self.surface.triangles.iter().enumerate() {
+            for &v in triangle {
+                normals[v as usize] += self.surface.area_normal(t);
+            }
+        }
+        let around = |t: usize| self.surface.triangles[t].iter().map(|&v| normals[v as usize]).sum::<DVec3>();
         (0..self.pattern.tiles.len() as u32)
             .filter(|&t| {
                 let tile = &self.pattern.tiles[t as usize];
                 let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
                 let below = self.closest.project(middle).triangle;
-                below == NONE || is_turned(tile, positions, self.surface.area_normal(below as usize))
+                let from = |up: DVec3| is_turned(tile, positions, up);
+                below == NONE || from(self.surface.area_normal(below as usize)) && from(around(below as usize))
             })
             .collect()
     }
