@@ -14,7 +14,7 @@ use crate::flatten::{harmonic, uniform_weights};
 use crate::{DiskSurface, PatchTopology, PlaceError, place};
 use glam::DVec2;
 use mesh::{Cancelled, DVec3, Monitor, NONE, split_quad};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Passes over the irregular vertices at most.
 const PASSES: usize = 4;
@@ -56,6 +56,8 @@ pub(super) struct Refill<'s, 'a> {
     pub disk: Disk,
     /// Most quads in a disk.
     pub most: usize,
+    /// Quads of disks that patterns were tried in, and what these might cost: disks round several vertices grow into the same.
+    seen: BTreeSet<(Vec<u32>, u32)>,
     /// Quads now more than at the start, and the most there may be.
     drift: i64,
     most_drift: i64,
@@ -65,8 +67,17 @@ impl<'s, 'a> Refill<'s, 'a> {
     pub fn new(search: &'s mut Search<'a>, stays: &'s [bool], most: usize) -> Self {
         let quads = search.mesh.quads.len();
         let most_drift = (quads as f64 * MOST_DRIFT) as i64;
-        let mut refill =
-            Self { search, stays, across: vec![], missing: vec![], disk: Disk::default(), most, drift: 0, most_drift };
+        let mut refill = Self {
+            search,
+            stays,
+            across: vec![],
+            missing: vec![],
+            disk: Disk::default(),
+            most,
+            seen: BTreeSet::new(),
+            drift: 0,
+            most_drift,
+        };
         (0..quads as u32).for_each(|q| refill.link(q));
         refill
     }
@@ -155,7 +166,16 @@ impl<'s, 'a> Refill<'s, 'a> {
     /// Puts the first pattern with the rim's sides in place that makes the mesh better.
     fn try_patterns(&mut self, rim: &Rim, monitor: &Monitor) -> Result<bool, Cancelled> {
         let limit = u32::try_from(self.disk.cost - rim.cost).unwrap_or(0);
-        for pattern in pattern_patches(&rim.sides, limit, self.disk.quads.len()).iter().take(PATTERNS_TRIED) {
+        let patterns = pattern_patches(&rim.sides, limit, self.disk.quads.len());
+        if patterns.is_empty() {
+            return Ok(false);
+        }
+        let mut disk = self.disk.quads.clone();
+        disk.sort_unstable();
+        if !self.seen.insert((disk, limit)) {
+            return Ok(false);
+        }
+        for pattern in patterns.iter().take(PATTERNS_TRIED) {
             if self.try_pattern(rim, pattern, monitor)? {
                 return Ok(true);
             }
