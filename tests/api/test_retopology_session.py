@@ -194,7 +194,9 @@ def test_a_template_is_laid_over_the_pair_nearest_to_a_point(torus):
     odd = result.mesh.positions[valence != 4]
     near = np.linalg.norm(odd - place, axis=1) < 0.8
     assert near.sum() >= 8
-    again = quadloom.retopologize(torus, path(10, 5, 8), target_faces=FACES, templates=[(place.tolist(), "knuckle")], improve=False)
+    again = quadloom.retopologize(
+        torus, path(10, 5, 8), target_faces=FACES, templates=[(place.tolist(), "knuckle")], improve=False
+    )
     assert same(again, result)
     # By the number of the base edge as well.
     middles = np.array([points[len(points) // 2] for points in result.base_paths])

@@ -269,66 +269,6 @@ def test_a_count_that_cannot_be_met_is_said():
     assert any("20 panels" in warning for warning in result.report["warnings"])
 
 
-def planarities(points: np.ndarray, faces) -> np.ndarray:
-    """Of each face, the distance between its diagonals over their mean length; 0 of triangles."""
-    found = []
-    for face in faces:
-        if len(face) == 3:
-            found.append(0.0)
-            continue
-        p = points[face]
-        first, second = p[2] - p[0], p[3] - p[1]
-        across = np.cross(first, second)
-        mean = (np.linalg.norm(first) + np.linalg.norm(second)) / 2
-        found.append(abs((p[1] - p[0]) @ across) / np.linalg.norm(across) / mean)
-    return np.array(found)
-
-
-def missed(result: quadloom.SurfaceResult, bar: str) -> dict:
-    (found,) = [item for item in result.report["missed_bars"] if item["bar"] == bar]
-    # The sentence names the worst elements and says what helps.
-    (sentence,) = [w for w in result.report["warnings"] if f"{found['kind'].replace('verts', 'vertices')} {found['elements'][0]}" in w]
-    assert "smaller panels" in sentence
-    return found
-
-
-def test_a_bar_that_is_missed_is_said_with_what_misses_it():
-    # Squares along the straight lines of a saddle cannot be flat.
-    twisted = grid(12, 12, lambda u, v: (4 * u, 4 * v, 3 * (u - 0.5) * (v - 0.5)))
-    result = quadloom.tile_surface(twisted, target_panels=16, partition="patches")
-    points, faces = polygons(result.mesh)
-    bent = planarities(points, faces)
-    quads = np.array([len(face) == 4 for face in faces])
-    found = missed(result, "planarity")
-    assert (found["kind"], found["allowed"]) == ("faces", 0.02)
-    assert found["measured"] == pytest.approx(bent[quads].mean())
-    assert found["measured"] > 0.02
-    assert set(found["elements"].tolist()) == set(np.flatnonzero(bent > 0.02).tolist())
-    assert np.all(np.diff(bent[found["elements"]]) <= 0), "the worst first"
-
-
-def test_panels_far_off_and_unequal_edges_are_said():
-    ball = sphere()
-    far = quadloom.tile_surface(
-        ball, target_panels=100, shaping_rounds=0, flattening_rounds=60, closeness=0.001, planarity=100
-    )
-    points, _ = polygons(far.mesh)
-    # From the sphere; the faces of the surface given are within 0.5% of it.
-    off = np.abs(np.linalg.norm(points, axis=1) - 1) / np.linalg.norm(points.max(axis=0) - points.min(axis=0))
-    found = missed(far, "closeness")
-    assert found["measured"] == pytest.approx(off.max(), abs=0.005)
-    assert found["measured"] > 0.03
-    assert off[found["elements"]].min() > 0.03 - 0.005
-    # Two triangles that touch, of few panels.
-    mesh = quadloom.Mesh.from_polygons([[0, 0, 0], [2, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0]], [[0, 1, 2], [0, 3, 4]])
-    uneven = quadloom.tile_surface(mesh, 0.3)
-    points, faces = polygons(uneven.mesh)
-    pairs = np.array(sorted({tuple(sorted(pair)) for pair in edge_uses(faces)}))
-    lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
-    assert lengths.std() / lengths.mean() > 0.2
-    assert missed(uneven, "spread")["measured"] == pytest.approx(lengths.std() / lengths.mean())
-
-
 def slice_of_a_sphere() -> quadloom.Mesh:
     """60 degrees of the unit sphere between two meridians, from pole to pole."""
     rows, columns = 24, 8
