@@ -45,7 +45,7 @@ def test_a_bar_that_is_missed_is_said_with_what_misses_it():
     assert (found["kind"], found["allowed"]) == ("faces", 0.02)
     assert found["measured"] == pytest.approx(bent[quads].mean())
     assert found["measured"] > 0.02
-    assert set(found["elements"].tolist()) == set(np.flatnonzero(bent > 0.02).tolist())
+    assert set(found["elements"]) == set(np.flatnonzero(bent > 0.02).tolist())
     assert np.all(np.diff(bent[found["elements"]]) <= 0), "the worst first"
 
 

@@ -404,7 +404,7 @@ fn missed_item<'py>(py: Python<'py>, missed: &MissedBar) -> PyResult<Bound<'py, 
     item.set_item("measured", missed.measured)?;
     item.set_item("allowed", missed.allowed)?;
     item.set_item("kind", kind)?;
-    item.set_item("elements", arrays::index_array(py, &missed.elements))?;
+    item.set_item("elements", &missed.elements)?;
     Ok(item)
 }
 
