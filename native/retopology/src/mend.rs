@@ -20,7 +20,7 @@ pub(crate) const INVERTED: f64 = 0.0;
 const RINGS: usize = 3;
 /// An inverted quad that cannot be mended so is tried again with more rings and more states to look at.
 const MORE_RINGS: usize = 2;
-const MORE_BUDGET: usize = 8;
+const MORE_BUDGET: usize = 2;
 /// No vertex of what is replaced may end up farther from what replaces it than this, in edge lengths.
 const MOST_LOST: f64 = 1.5;
 /// Places mended at most, and those tried in vain one after another before the rest is left: a surface without room for
