@@ -6,7 +6,7 @@
 
 use crate::Cancelled;
 use crate::stitch::Stitched;
-use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh};
+use mesh::{DVec3, Monitor, Topology, TriangleMesh};
 use surface::closest::ClosestPoint;
 use surface::geodesic::distance_field;
 use surface::smooth::{Constraint, Patch, SmoothOptions, smooth_quads};
@@ -24,10 +24,6 @@ struct Blended {
 }
 
 impl Reference for Blended {
-    fn project(&self, point: DVec3) -> SurfacePoint {
-        self.project_near(point, &mut { NONE })
-    }
-
     fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint {
         let hit = self.closest.project_near(point, *under);
         *under = hit.triangle;

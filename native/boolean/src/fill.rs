@@ -16,7 +16,7 @@ use crate::band::Band;
 use crate::intersect::{Input, Source};
 use crate::{Filler, Operation, RegionReport};
 use judge::Score;
-use mesh::{Cancelled, DVec3, Monitor, NONE, Topology, TriangleMesh};
+use mesh::{Cancelled, DVec3, Monitor, Topology, TriangleMesh};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use surface::closest::ClosestPoint;
@@ -109,10 +109,6 @@ impl Under {
 }
 
 impl Reference for Under {
-    fn project(&self, point: DVec3) -> SurfacePoint {
-        self.project_near(point, &mut { NONE })
-    }
-
     fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint {
         let hit = self.closest.project_near(point, *under);
         *under = hit.triangle;

@@ -12,7 +12,7 @@ use crate::surfaces::Chart;
 use mesh::{DVec3, Monitor, NONE};
 use rayon::prelude::*;
 use solve::cholesky::Factor;
-use surface::smooth::{Constraint, Patch, SmoothOptions, SmoothReport, smooth_quads};
+use surface::smooth::{Constraint, Patch, SmoothOptions, smooth_quads};
 use surface::smooth_star::{Polyline, Reference, quad_quality};
 
 /// Weight of the foot point of a free vertex, and of one on a rail, beside 1 for each quad.
@@ -48,7 +48,7 @@ pub(crate) fn smooth(
     times: usize,
     options: &SmoothOptions,
     monitor: &Monitor,
-) -> Result<SmoothReport, LayoutError> {
+) -> Result<(), LayoutError> {
     let surfaces: Vec<&dyn Reference> = shape.charts.iter().map(|chart| chart as &dyn Reference).collect();
     let patch = Patch {
         quads: shape.quads,
@@ -60,7 +60,8 @@ pub(crate) fn smooth(
     for _ in 1..times {
         smooth_quads(patch, positions, &SmoothOptions { worst_sweeps: 0, ..*options }, monitor)?;
     }
-    Ok(smooth_quads(patch, positions, options, monitor)?)
+    smooth_quads(patch, positions, options, monitor)?;
+    Ok(())
 }
 
 /// Moves `positions` in place by `rounds` of the rectangles' pull, about 5 ms each for 4,000 quads. Quads that are valid stay so.

@@ -83,10 +83,6 @@ impl Chart {
 }
 
 impl Reference for Chart {
-    fn project(&self, point: DVec3) -> SurfacePoint {
-        self.project_near(point, &mut { NONE })
-    }
-
     fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint {
         let found = self.closest.project_near(point, *under);
         *under = found.triangle;

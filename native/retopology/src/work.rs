@@ -241,7 +241,7 @@ impl<'a> Work<'a> {
         let mut positions = std::mem::take(&mut self.filled.positions);
         let done = optimise::smooth(&self.shape(&[]), &mut positions, times, options, monitor);
         self.filled.positions = positions;
-        done.map(|_| ())
+        done
     }
 
     /// Moves the vertices of bent rails that may move to where the edges between them follow the rails again, and fixes them there: the

@@ -20,13 +20,13 @@ pub struct SurfacePoint {
 
 /// A surface that vertices must stay on. Implement it for a triangle mesh with a closest-point tree, or for an analytic shape.
 pub trait Reference: Sync {
-    /// The point of the surface closest to `point`, with the normal there.
-    fn project(&self, point: DVec3) -> SurfacePoint;
+    /// The point of the surface closest to `point`, with the normal there. `under` may be a triangle near the answer to begin with, and is
+    /// the one below it afterwards; a surface that has no triangles leaves it alone.
+    fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint;
 
-    /// The same, where `under` may be a triangle near the answer to begin with, and is the one below it afterwards. A surface that has no
-    /// triangles leaves it alone.
-    fn project_near(&self, point: DVec3, _under: &mut u32) -> SurfacePoint {
-        self.project(point)
+    /// The same, where nothing is known.
+    fn project(&self, point: DVec3) -> SurfacePoint {
+        self.project_near(point, &mut { NONE })
     }
 }
 

@@ -28,7 +28,7 @@ impl TriangleReference {
 }
 
 impl Reference for TriangleReference {
-    fn project(&self, point: DVec3) -> SurfacePoint {
+    fn project_near(&self, point: DVec3, _: &mut u32) -> SurfacePoint {
         let foot = self.closest.project(point);
         if foot.triangle == NONE {
             return SurfacePoint { point, normal: DVec3::ZERO };
@@ -41,14 +41,14 @@ impl Reference for TriangleReference {
 
 struct Plane;
 impl Reference for Plane {
-    fn project(&self, p: DVec3) -> SurfacePoint {
+    fn project_near(&self, p: DVec3, _: &mut u32) -> SurfacePoint {
         SurfacePoint { point: DVec3::new(p.x, p.y, 0.0), normal: DVec3::Z }
     }
 }
 
 struct Sphere;
 impl Reference for Sphere {
-    fn project(&self, p: DVec3) -> SurfacePoint {
+    fn project_near(&self, p: DVec3, _: &mut u32) -> SurfacePoint {
         SurfacePoint { point: p.normalize(), normal: p.normalize() }
     }
 }

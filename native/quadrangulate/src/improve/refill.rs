@@ -57,7 +57,7 @@ pub(super) struct Refill<'s, 'a> {
     /// Most quads in a disk.
     pub most: usize,
     /// Quads of disks that patterns were tried in, and what these might cost: disks round several vertices grow into the same.
-    seen: BTreeSet<(Vec<u32>, u32)>,
+    tried_disks: BTreeSet<(Vec<u32>, u32)>,
     /// Quads now more than at the start, and the most there may be.
     drift: i64,
     most_drift: i64,
@@ -74,7 +74,7 @@ impl<'s, 'a> Refill<'s, 'a> {
             missing: vec![],
             disk: Disk::default(),
             most,
-            seen: BTreeSet::new(),
+            tried_disks: BTreeSet::new(),
             drift: 0,
             most_drift,
         };
@@ -172,7 +172,7 @@ impl<'s, 'a> Refill<'s, 'a> {
         }
         let mut disk = self.disk.quads.clone();
         disk.sort_unstable();
-        if !self.seen.insert((disk, limit)) {
+        if !self.tried_disks.insert((disk, limit)) {
             return Ok(false);
         }
         for pattern in patterns.iter().take(PATTERNS_TRIED) {

@@ -6,14 +6,14 @@ use surface::smooth_star::SurfacePoint;
 
 struct Plane;
 impl Reference for Plane {
-    fn project(&self, p: DVec3) -> SurfacePoint {
+    fn project_near(&self, p: DVec3, _: &mut u32) -> SurfacePoint {
         SurfacePoint { point: DVec3::new(p.x, p.y, 0.0), normal: DVec3::Z }
     }
 }
 
 struct Sphere(f64);
 impl Reference for Sphere {
-    fn project(&self, p: DVec3) -> SurfacePoint {
+    fn project_near(&self, p: DVec3, _: &mut u32) -> SurfacePoint {
         SurfacePoint { point: p.normalize() * self.0, normal: p.normalize() }
     }
 }
