@@ -38,8 +38,8 @@ pub(crate) const CHORD_ERROR: f64 = 0.045;
 const BENT_WEIGHT: f64 = 8.0;
 /// Bends are not followed with edges shorter than this, in mean edge lengths; nor, where so many quads would be too many by
 /// [`MOST_MISS`], than these.
-pub(crate) const SHORTEST: f64 = 0.25;
-const LESS_SHORT: [f64; 3] = [0.4, 0.7, f64::INFINITY];
+pub(crate) const SHORTEST: f64 = 0.1;
+const LESS_SHORT: [f64; 4] = [0.25, 0.4, 0.7, f64::INFINITY];
 /// Where counts fall short of what bends need, these weigh so many times more in the next of some rounds.
 const URGENT: f64 = 10.0;
 const URGENT_ROUNDS: usize = 3;
