@@ -106,7 +106,7 @@ impl Workpiece {
         options: &Options,
         monitor: &Monitor,
     ) -> Result<Self, RetopologizeError> {
-        let layout = unit_layout(&options.layout, &input, placement);
+        let mut layout = unit_layout(&options.layout, &input, placement);
         let final_edge = edge_length(&input, &layout)?;
         let given = options.base.final_edge.map(|length| length / placement.scale);
         let base_options = BaseOptions {
@@ -115,27 +115,33 @@ impl Workpiece {
             density: layout.density.clone(),
             ..options.base.clone()
         };
-        let tries = if layout.irregularity.is_infinite() { coarse::tries(&base_options) } else { vec![base_options] };
+        let tries = if layout.irregularity.is_infinite() {
+            coarse::tries(&base_options, layout.lines)
+        } else {
+            vec![(base_options, layout.lines)]
+        };
         let part = |k: usize| k as f64 / tries.len() as f64;
-        let mut best: Option<(f64, Session)> = None;
-        for (k, base_options) in tries.iter().enumerate() {
+        let mut best: Option<(f64, Session, bool)> = None;
+        for (k, (base_options, lines)) in tries.iter().enumerate() {
             monitor.within(part(k), part(k + 1), || -> Result<(), RetopologizeError> {
                 let session = Session::new(input.mesh.clone(), features.clone(), base_options.clone(), monitor)?;
                 let score = if tries.len() == 1 {
                     0.0
                 } else {
                     let positions = &input.mesh.positions;
+                    let layout = LayoutOptions { lines: *lines, ..layout.clone() };
                     let (quads, _) = laid(&session, &Ground::new(session.base())?, &layout, None, monitor)?;
                     let chains = input_chains(session.network(), positions.len());
                     coarse::score(&quads, followed(&quads, &chains, positions, monitor)?.share())
                 };
-                if best.as_ref().is_none_or(|(least, _)| score < *least) {
-                    best = Some((score, session));
+                if best.as_ref().is_none_or(|best| score < best.0) {
+                    best = Some((score, session, *lines));
                 }
                 Ok(())
             })?;
         }
-        let (_, session) = best.ok_or_else(|| RetopologizeError::bug("no base was tried"))?;
+        let (_, session, lines) = best.ok_or_else(|| RetopologizeError::bug("no base was tried"))?;
+        layout.lines = lines;
         Ok(Self { mesh, input, placement, layout, session, kept: RefCell::new(None) })
     }
 
