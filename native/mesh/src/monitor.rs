@@ -1,7 +1,7 @@
 //! How a long computation says where it is and hears that it should stop.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// The caller wants the computation to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -12,7 +12,7 @@ pub struct Cancelled;
 /// [`Monitor::check`] at least every 50 ms; the waiting side polls [`Monitor::progress`] and may [`Monitor::cancel`].
 #[derive(Debug, Default)]
 pub struct Monitor {
-    cancelled: AtomicBool,
+    cancelled: Arc<AtomicBool>,
     stage: Mutex<Stage>,
     fraction: AtomicU64,
 }
@@ -77,6 +77,12 @@ impl Monitor {
         made
     }
 
+    /// A monitor for one of several parts of a job that run at the same time: it is cancelled with this one, and nobody sees where it is.
+    #[must_use]
+    pub fn aside(&self) -> Self {
+        Self { cancelled: Arc::clone(&self.cancelled), ..Self::default() }
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, Stage> {
         self.stage.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
@@ -91,6 +97,16 @@ impl Monitor {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_monitor_aside_is_cancelled_with_the_other() {
+        let monitor = Monitor::new();
+        let aside = monitor.aside();
+        assert_eq!(aside.stage("part", 0.5), Ok(()));
+        assert_eq!(monitor.progress(), ("", 0.0));
+        monitor.cancel();
+        assert_eq!(aside.check(), Err(Cancelled));
+    }
 
     #[test]
     fn fractions_of_a_part_are_fractions_of_the_whole() {

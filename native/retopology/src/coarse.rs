@@ -9,11 +9,12 @@ use crate::build::BaseOptions;
 use crate::density;
 use crate::error::LayoutError;
 use crate::fill;
+use crate::lines;
 use crate::measures::Measures;
 use crate::pairing::{Given, Pairing, pair_often};
 use crate::patch::{Patch, Plan};
 use crate::pipeline::NEAR_TARGET;
-use crate::quads::Quads;
+use crate::quads::{LayoutOptions, Quads};
 use mesh::{Monitor, PolygonMesh, scaled_jacobian};
 
 /// Weights of sides other than four that are tried, and runs of the search with each: from the middles of such patches lines run over the
@@ -37,17 +38,25 @@ const FAIR: f64 = 0.3;
 const LOST: f64 = 11.0;
 const FAIRLY_LOST: f64 = 0.01;
 
-/// Options of the bases to try.
-pub(crate) fn tries(base: &BaseOptions) -> Vec<BaseOptions> {
+/// Of these, the ones that are tried with lines, too: fewer triangles are fewer patches.
+const WITH_LINES: [bool; 4] = [false, false, true, true];
+
+/// Options of the bases to try, and whether lone triangles are joined by lines.
+pub(crate) fn tries(base: &BaseOptions, lines: bool) -> Vec<(BaseOptions, bool)> {
     let vertices = f64::from(base.vertices);
-    TRIES
-        .iter()
-        .map(|(part, longer)| BaseOptions {
+    let mut tries: Vec<(BaseOptions, bool)> = Vec::new();
+    for ((part, longer), with_lines) in TRIES.into_iter().zip(WITH_LINES) {
+        let options = BaseOptions {
             vertices: (vertices * part).round().max(4.0_f64.min(vertices)) as u32,
             least_quads: (base.least_quads * longer).min(20.0_f64.max(base.least_quads)),
             ..base.clone()
-        })
-        .collect()
+        };
+        if lines && with_lines {
+            tries.push((options.clone(), true));
+        }
+        tries.push((options, false));
+    }
+    tries
 }
 
 /// What speaks against a coarse layout: its patches, and its faults. `followed` is the share of the features that edges follow.
@@ -68,15 +77,23 @@ fn jacobian(mesh: &PolygonMesh, face: usize) -> f64 {
     scaled_jacobian([corners[0], corners[1], corners[2], corners[3]].map(|v| mesh.positions[v as usize]))
 }
 
-/// The patches of those tried whose quads have the fewest patches of their base complex. That does not depend on the number of quads along
+/// Pairs of triangles, with lines between those left over where the options say so. Without lines, and for bases too large for them, the
+/// patches of those tried whose quads have the fewest patches of their base complex: that does not depend on the number of quads along
 /// chords, so it is known before any is laid. `sizes` are as in [`Plan::size`] and [`Plan::plain`].
 pub(crate) fn pair(
     base: &Base,
     measures: &Measures,
-    pairing: Pairing,
+    options: &LayoutOptions,
     [size, plain]: [&[f64]; 2],
     monitor: &Monitor,
 ) -> Result<Vec<Patch>, LayoutError> {
+    let pairing = options.pairing;
+    if options.lines
+        && matches!(pairing, Pairing::Programme { .. })
+        && let Some(patches) = lines::choose(base, measures, monitor)?
+    {
+        return Ok(patches);
+    }
     let least = vec![1; base.edges.len()];
     let mut best: Option<(usize, Vec<Patch>)> = None;
     for off_four in OFF_FOUR {

@@ -17,6 +17,7 @@ use crate::chords::{Run, Term, chords, cut, opposite};
 use crate::curvature::mean_along;
 use crate::division::parts;
 use crate::error::LayoutError;
+use crate::lines::divided;
 use crate::patch::{Patch, Plan};
 use crate::templates::{Chosen, TemplateError};
 use mesh::{DVec3, Monitor, NONE};
@@ -367,56 +368,49 @@ impl<'a> Sides<'a> {
         self.parts[edge as usize].iter().filter(|&&piece| piece != NONE).map(|&piece| counts[piece as usize]).sum()
     }
 
-    /// Pieces for the coarsest layout: no chord is cut, and patches of other than four sides are seen as divided into quads from
-    /// their middle, so that the chords of the halves of their sides go on through them. Any counts of these fit everywhere, and
-    /// all irregular vertices lie on few lines.
+    /// Pieces for the coarsest layout: no chord is cut. Patches of other than four sides are seen as divided into quads from
+    /// their middle, or by the line that ends in them, so that the chords of the halves of their sides go on through them; edges that no such
+    /// line crosses are whole. Any counts of these fit everywhere, and all irregular vertices lie on few lines.
     fn conform(&mut self, lengths: &[f64], areas: &[f64], least: &[Option<f64>], h: f64) {
-        // Halves are numbered 2 e and 2 e + 1 along base edge e.
-        let half = |sides: &Self, corner: u32, second: bool| {
+        let divided = divided(self.base, self.patches);
+        // A whole edge is numbered 2 e, its halves 2 e and 2 e + 1 along base edge e.
+        let unit = |sides: &Self, corner: u32, second: bool| {
             let edge = sides.edge(corner);
             let forward = sides.base.edges[edge as usize].ends[0]
                 == sides.base.triangles[corner as usize / 3][corner as usize % 3];
-            2 * edge + u32::from(second == forward)
+            2 * edge + u32::from(divided[edge as usize] && second == forward)
         };
         let mut joined = Vec::new();
-        let mut divided = vec![false; 2 * lengths.len()];
         for patch in self.patches {
             let n = patch.border.len();
+            if patch.split {
+                joined.push((unit(self, patch.border[0], false), unit(self, patch.border[1], false)));
+                joined.push((unit(self, patch.border[0], true), unit(self, patch.border[2], false)));
+                continue;
+            }
             for (i, &corner) in patch.border.iter().enumerate() {
                 let across = patch.border[(i + 2) % n];
-                joined.push((half(self, corner, true), half(self, across, false)));
+                joined.push((unit(self, corner, true), unit(self, across, false)));
                 if n == 4 {
-                    joined.push((half(self, corner, false), half(self, across, true)));
-                } else {
-                    divided[half(self, corner, true) as usize] = true;
-                    divided[half(self, corner, false) as usize] = true;
+                    joined.push((unit(self, corner, false), unit(self, across, true)));
                 }
             }
         }
         for class in connected_components(2 * lengths.len(), joined) {
-            let halved = class.iter().any(|&half| divided[half as usize]);
             let mut run = Run::default();
-            for &half in &class {
-                let e = half as usize / 2;
-                if areas[e] > 0.0 {
-                    let part: f64 = if halved { 0.5 } else { 1.0 };
+            for &unit in &class {
+                let e = unit as usize / 2;
+                if areas[e] > 0.0 && (unit % 2 == 0 || divided[e]) {
+                    let part: f64 = if divided[e] { 0.5 } else { 1.0 };
                     let least = least[e].map(|least| least + part.ln());
                     run.add(&Term { weight: part * areas[e], value: (part * lengths[e]).ln(), least });
                 }
             }
-            // Where nothing divides the sides one count for both halves will do.
-            let fresh = class.iter().any(|&half| self.parts[half as usize / 2][0] == NONE);
-            if run.weight <= 0.0 || !(halved || fresh) {
+            if run.weight <= 0.0 {
                 continue;
             }
-            let piece = self.ideals.len() as u32;
-            for &half in &class {
-                let parts = &mut self.parts[half as usize / 2];
-                if halved {
-                    parts[half as usize % 2] = piece;
-                } else {
-                    *parts = [piece, NONE];
-                }
+            for &unit in &class {
+                self.parts[unit as usize / 2][unit as usize % 2] = self.ideals.len() as u32;
             }
             let least = run.least.map_or(0.0, |least| least.exp() / h);
             self.ideals.push(Ideal { mean: run.mean(), area: run.weight, least, fixed: None });
@@ -518,6 +512,9 @@ impl<'a> Sides<'a> {
         if let Some(template) = patch.template.map(|index| &self.templates[index]) {
             let filled = template.pattern.fill(&sides);
             return Ok(filled.ok_or(TemplateError::DoesNotFit { edge: template.edge })?.quads.len() as f64);
+        }
+        if patch.is_grid(&sides) {
+            return Ok(f64::from(sides[1]) * f64::from(sides[2]));
         }
         Ok(match sides[..] {
             [a, b, c, d] if a == c && b == d => f64::from(a) * f64::from(b),

@@ -142,6 +142,8 @@ pub(crate) fn topologies(plan: Plan<'_>, counts: &[u32], monitor: &Monitor) -> R
             all.push(filled.ok_or(TemplateError::DoesNotFit { edge: template.edge })?);
             continue;
         }
+        // A triangle that a line ends in is a grid, whose second corner is the line's end.
+        let sides = if patch.is_grid(&sides) { vec![sides[1], sides[2], sides[1], sides[2]] } else { sides };
         all.push(filler.fill(&sides).map_err(|source| LayoutError::Fill { patch: index, source })?);
     }
     Ok(all)

@@ -90,6 +90,7 @@ impl Kept {
                 border: patch.border.iter().map(|&h| 3 * renamed(h / 3) + h % 3).collect(),
                 corners: patch.corners.clone(),
                 template: None,
+                split: false,
             });
             carried.topologies.push(self.topologies[p].clone());
             carried.inner.push(std::mem::take(&mut inner[p]));

@@ -17,6 +17,7 @@ mod fidelity;
 mod fill;
 mod inspect;
 mod keep;
+mod lines;
 mod measures;
 mod mend;
 mod optimise;

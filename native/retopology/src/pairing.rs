@@ -200,7 +200,7 @@ fn matching(
 }
 
 /// All candidates, those of one triangle without straight corners first, in order.
-fn candidates(
+pub(crate) fn candidates(
     base: &Base,
     measures: &Measures,
     most: usize,

@@ -16,6 +16,8 @@ pub(crate) struct Patch {
     pub corners: Vec<usize>,
     /// Its template among those chosen, if it has one.
     pub template: Option<usize>,
+    /// Whether the first of its three sides counts as two, as long as the second and the third; see [`crate::lines`].
+    pub split: bool,
 }
 
 /// What is filled: patches on a surface, and how large their quads shall be beside one another.
@@ -84,7 +86,7 @@ impl Rim {
         border.rotate_left(first);
         let mut triangles = triangles.to_vec();
         triangles.sort_unstable();
-        Patch { triangles, border, corners: corners.iter().map(|c| c - first).collect(), template: None }
+        Patch { triangles, border, corners: corners.iter().map(|c| c - first).collect(), template: None, split: false }
     }
 }
 
@@ -97,6 +99,12 @@ impl Patch {
         self.corners = self.corners.iter().map(|c| (c + count - start) % count).collect();
         self.corners.sort_unstable();
         self
+    }
+
+    /// Whether with these counts along its three sides it is a grid, as the end of a line; without one count for each chord of the
+    /// layout it may be a triangle like others.
+    pub fn is_grid(&self, sides: &[u32]) -> bool {
+        self.split && matches!(*sides, [first, second, third] if first == second + third)
     }
 
     /// The half-edges of each side.

@@ -29,6 +29,7 @@ use mesh::{DVec3, Monitor, NONE, PolygonMesh, scaled_jacobian, sorted};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use surface::triangulate::{Triangulated, triangulate};
 
@@ -95,6 +96,8 @@ pub(crate) struct Workpiece {
     session: Session,
     /// What the last quads leave for the next.
     kept: RefCell<Option<Kept>>,
+    /// Quads that were laid to find the coarsest layout, until they are asked for.
+    ready: RefCell<Option<(Quads, Kept)>>,
 }
 
 impl Workpiece {
@@ -106,7 +109,7 @@ impl Workpiece {
         options: &Options,
         monitor: &Monitor,
     ) -> Result<Self, RetopologizeError> {
-        let layout = unit_layout(&options.layout, &input, placement);
+        let mut layout = unit_layout(&options.layout, &input, placement);
         let final_edge = edge_length(&input, &layout)?;
         let given = options.base.final_edge.map(|length| length / placement.scale);
         let base_options = BaseOptions {
@@ -115,32 +118,47 @@ impl Workpiece {
             density: layout.density.clone(),
             ..options.base.clone()
         };
-        let tries = if layout.irregularity.is_infinite() { coarse::tries(&base_options) } else { vec![base_options] };
-        let part = |k: usize| k as f64 / tries.len() as f64;
-        let mut best: Option<(f64, Session)> = None;
-        for (k, base_options) in tries.iter().enumerate() {
-            monitor.within(part(k), part(k + 1), || -> Result<(), RetopologizeError> {
-                let session = Session::new(input.mesh.clone(), features.clone(), base_options.clone(), monitor)?;
-                let score = if tries.len() == 1 {
-                    0.0
-                } else {
-                    let positions = &input.mesh.positions;
-                    let (quads, _) = laid(&session, &Ground::new(session.base())?, &layout, None, monitor)?;
-                    let chains = input_chains(session.network(), positions.len());
-                    coarse::score(&quads, followed(&quads, &chains, positions, monitor)?.share())
-                };
-                if best.as_ref().is_none_or(|(least, _)| score < *least) {
-                    best = Some((score, session));
-                }
-                Ok(())
-            })?;
+        let make = |base_options: &BaseOptions, monitor: &Monitor| {
+            Session::new(input.mesh.clone(), features.clone(), base_options.clone(), monitor)
+        };
+        if layout.irregularity.is_finite() {
+            let session = make(&base_options, monitor)?;
+            return Ok(Self {
+                mesh,
+                input,
+                placement,
+                layout,
+                session,
+                kept: RefCell::default(),
+                ready: RefCell::default(),
+            });
         }
-        let (_, session) = best.ok_or_else(|| RetopologizeError::bug("no base was tried"))?;
-        Ok(Self { mesh, input, placement, layout, session, kept: RefCell::new(None) })
+        // The coarsest layout: bases are tried side by side, and the quads of the best one are kept.
+        let tries = coarse::tries(&base_options, layout.lines);
+        let done = AtomicUsize::new(0);
+        let positions = &input.mesh.positions;
+        let tried = |(base_options, lines): &(BaseOptions, bool)| -> Result<_, RetopologizeError> {
+            let aside = monitor.aside();
+            let session = make(base_options, &aside)?;
+            let layout = LayoutOptions { lines: *lines, ..layout.clone() };
+            let made = laid(&session, &Ground::new(session.base())?, &layout, None, &aside)?;
+            let chains = input_chains(session.network(), positions.len());
+            let score = coarse::score(&made.0, followed(&made.0, &chains, positions, &aside)?.share());
+            monitor.stage("trying layouts", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tries.len() as f64)?;
+            Ok((score, session, *lines, made))
+        };
+        monitor.stage("trying layouts", 0.0)?;
+        let tried: Vec<_> = tries.par_iter().map(tried).collect::<Result<_, _>>()?;
+        let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let (_, session, lines, made) = best.ok_or_else(|| RetopologizeError::bug("no base was tried"))?;
+        layout.lines = lines;
+        let ready = RefCell::new(Some(made));
+        Ok(Self { mesh, input, placement, layout, session, kept: RefCell::default(), ready })
     }
 
     /// Changes the features; only the base triangles about them are made anew where that is possible.
     pub fn set_features(&mut self, features: &Features, monitor: &Monitor) -> Result<EditReport, RetopologizeError> {
+        self.ready.take();
         Ok(self.session.set_features(features, monitor)?)
     }
 
@@ -187,8 +205,12 @@ impl Workpiece {
         let improve = self.layout.improve && tuning.rounds.is_none();
         let layout = LayoutOptions { size, templates, rounds, improve, ..self.layout.clone() };
         let last = if tuning.is_plain() { self.kept.take() } else { None };
-        let (quads, kept) =
-            monitor.within(0.0, 0.9, || laid(&self.session, &ground, &layout, last.as_ref(), monitor))?;
+        let ready = self.ready.take().filter(|_| tuning.is_plain() && layout.templates.is_empty());
+        let (quads, kept) = if let Some(ready) = ready {
+            ready
+        } else {
+            monitor.within(0.0, 0.9, || laid(&self.session, &ground, &layout, last.as_ref(), monitor))?
+        };
         if tuning.rounds.is_none() {
             self.kept.replace(Some(kept).filter(|_| layout.templates.is_empty()));
         }

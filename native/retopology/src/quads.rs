@@ -49,6 +49,9 @@ pub struct LayoutOptions {
     pub templates: BTreeMap<u32, TemplateChoice>,
     /// Base vertices that keep their place although no feature ends or bends there. Default: none.
     pub fixed: Vec<u32>,
+    /// Whether the coarsest layout may join lone triangles by lines, see docs/papers.md: far fewer patches, where the features stand it.
+    /// [`crate::retopologize`] tries both ways and keeps the better one. Default: yes.
+    pub lines: bool,
     /// Rounds of the rectangles' pull. Default 40.
     pub rounds: usize,
     /// Whether irregular vertices away from features are taken out, see [`quadrangulate::improve::refill`]. Not from the
@@ -68,6 +71,7 @@ impl Default for LayoutOptions {
             catalogue: Catalogue::default(),
             templates: BTreeMap::new(),
             fixed: Vec::new(),
+            lines: true,
             rounds: 40,
             improve: true,
         }
@@ -210,7 +214,7 @@ pub(crate) fn quads_after(
     if straight_corners || !templates.is_empty() {
         patches.extend(pair(base, measures, options.pairing, given, monitor)?);
     } else {
-        patches = coarse::pair(base, measures, options.pairing, [&size, &plain], monitor)?;
+        patches = coarse::pair(base, measures, options, [&size, &plain], monitor)?;
     }
     for patch in &mut patches {
         if let Some(index) = forced.iter().position(|pair| patch.triangles == *pair) {
