@@ -324,8 +324,12 @@ pub(crate) fn quads_after(
     if inverted > 0 && work.release(&work.pinned()) > 0 {
         // No bend is worth an inverted quad.
         work.smooth(1, &smooth, monitor)?;
-        let more = work.mend(&smooth, sound, monitor)?;
+        let more = work.mend(&smooth, mend::INVERTED, monitor)?;
         (mended, inverted) = (mended + more.0, more.1);
+    }
+    if refills && mended > 0 {
+        // The quads around each place were held.
+        work.smooth(1, &smooth, monitor)?;
     }
     if refills && target.is_some_and(|target| (work.filled.quads.len() as f64) < (1.0 - NEAR_TARGET) * target) {
         // There is little room, and mending took quads out as well: as they were laid they are more.
