@@ -28,6 +28,8 @@ const MOST_LOST: f64 = 1.5;
 /// its quads has bad ones everywhere.
 const MOST_PLACES: usize = 60;
 const MOST_IN_VAIN: usize = 12;
+/// Where more than one quad in so many is bad, only inverted ones are mended, and tried once: there is no room.
+const MOST_BAD: usize = 20;
 /// For quads that are not inverted the number of quads changes by one in so many at most.
 const MOST_DRIFT: usize = 50;
 /// Places mended at once.
@@ -35,7 +37,7 @@ const AT_ONCE: usize = 8;
 /// Quality that the worst quad must gain for another look at what is inverted still, or all bad quads of a region together where the
 /// worst one stays as it is.
 const LEAST_GAIN: f64 = 0.05;
-/// Operators looked ahead: with 3 the same places are mended, in twice the time.
+/// Operators looked ahead: with 3, or in two passes, the same places are mended in two to four times the time.
 const DEPTH: usize = 2;
 /// States that the search looks at in one place. More are no better: many places, each looked at briefly, mend more in less time.
 const BUDGET: usize = 250;
@@ -70,18 +72,22 @@ pub(crate) fn mend(
     mut patch: QuadPatch,
     setting: &Setting<'_>,
     smooth: &SmoothOptions,
-    sound: f64,
+    mut sound: f64,
     monitor: &Monitor,
 ) -> Result<Mended, LayoutError> {
     let (before, wanted) = (patch.positions.len(), patch.quads.len());
     let features: BTreeSet<[u32; 2]> = setting.features.iter().map(|&[a, b]| mesh::sorted(a, b)).collect();
     let mut quality_of = qualities(&patch, setting.surfaces);
+    let has_room = quality_of.iter().filter(|quality| **quality < sound).count() <= wanted / MOST_BAD;
+    if !has_room {
+        sound = INVERTED;
+    }
     let mut tried = vec![0_u8; patch.quads.len()];
     let shortfall = |values: &[f64]| values.iter().map(|value| (sound - value).max(0.0)).sum::<f64>();
     let (mut places, mut looked_at, mut in_vain) = (0, 0, 0);
     while looked_at < MOST_PLACES && in_vain < MOST_IN_VAIN {
         monitor.check()?;
-        let regions = Region::apart(&patch, &quality_of, &tried, sound);
+        let regions = Region::apart(&patch, &quality_of, &tried, sound, has_room);
         if regions.is_empty() {
             break;
         }
@@ -103,7 +109,9 @@ pub(crate) fn mend(
             });
             let Some(better) = better else {
                 // The search had its chance at all of the region's bad quads, not at the first only.
-                for &q in region.quads.iter().filter(|&&q| quality_of[q] < sound && region.is_inside(patch.quads[q])) {
+                for &q in
+                    region.quads.iter().filter(|&&q| is_bad(quality_of[q], sound) && region.is_inside(patch.quads[q]))
+                {
                     tried[q] = tried[q].max(region.times);
                 }
                 continue;
@@ -131,6 +139,11 @@ pub(crate) fn mend(
 fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
     let mut keep = keep.iter();
     values.retain(|_| keep.next() == Some(&true));
+}
+
+/// Whether a quad of this quality is to be mended. At [`INVERTED`] those of no quality are, too.
+fn is_bad(quality: f64, sound: f64) -> bool {
+    quality < sound || quality <= INVERTED
 }
 
 fn least(values: &[f64]) -> f64 {
@@ -224,10 +237,10 @@ struct Region {
 
 impl Region {
     /// Regions round the worst quads that are not done with, without a common vertex.
-    fn apart(patch: &QuadPatch, quality_of: &[f64], tried: &[u8], sound: f64) -> Vec<Self> {
-        let times = |q: usize| if quality_of[q] <= INVERTED { 2 } else { 1 };
+    fn apart(patch: &QuadPatch, quality_of: &[f64], tried: &[u8], sound: f64, has_room: bool) -> Vec<Self> {
+        let times = |q: usize| if has_room && quality_of[q] <= INVERTED { 2 } else { 1 };
         let mut open: Vec<usize> =
-            (0..patch.quads.len()).filter(|&q| tried[q] < times(q) && quality_of[q] < sound).collect();
+            (0..patch.quads.len()).filter(|&q| tried[q] < times(q) && is_bad(quality_of[q], sound)).collect();
         open.sort_by(|&a, &b| quality_of[a].total_cmp(&quality_of[b]));
         if open.is_empty() {
             return Vec::new();
@@ -316,7 +329,7 @@ impl Region {
         let outside: Vec<u32> = names.iter().map(|v| self.outside[v]).collect();
         let own_setting = Setting { features: &inner, outside: &outside, ..*setting };
         let budget = if self.times > 1 { MORE_BUDGET * BUDGET } else { BUDGET };
-        let options = ImproveOptions { depth: DEPTH, passes: 2, budget, smooth: *smooth, ..ImproveOptions::default() };
+        let options = ImproveOptions { depth: DEPTH, passes: 1, budget, smooth: *smooth, ..ImproveOptions::default() };
         let better = match improve(own, &own_setting, &options, monitor) {
             Ok(better) => better,
             Err(ImproveError::Cancelled(cancelled)) => return Err(cancelled.into()),
@@ -327,8 +340,7 @@ impl Region {
             // It made room by giving up a finger or a horn.
             return Ok(None);
         }
-        let names: Vec<u32> =
-            better.source.iter().map(|&v| names.get(v as usize).copied().unwrap_or(NONE)).collect();
+        let names: Vec<u32> = better.source.iter().map(|&v| names.get(v as usize).copied().unwrap_or(NONE)).collect();
         let beyond = self.sides_beyond(whole);
         let named = |[a, b]: [u32; 2]| mesh::sorted(names[a as usize], names[b as usize]);
         if inner_sides(&better.patch.quads).any(|side| beyond.contains(&named(side))) {
