@@ -51,7 +51,9 @@ impl Topology {
         // Half-edges by the lower end of the edge they lie on, then by the other; one whose ends are the same vertex has no twin.
         let ends: Vec<[u32; 2]> = (0..t.origin.len() as u32).map(|h| sorted(t.from(h), t.to(h))).collect();
         let mut row = vec![0_u32; vertex_count + 1];
-        ends.iter().for_each(|[low, _]| row[*low as usize + 1] += 1);
+        for [low, _] in &ends {
+            row[*low as usize + 1] += 1;
+        }
         for v in 0..vertex_count {
             row[v + 1] += row[v];
         }

@@ -54,7 +54,9 @@ pub fn t_join(
     let clusters = connected_components(count, free.map(|&(a, b, _)| (a, b)));
     let mut cluster_of = vec![0; count];
     for (cluster, vertices) in (0..).zip(&clusters) {
-        vertices.iter().for_each(|&vertex| cluster_of[vertex as usize] = cluster);
+        for &vertex in vertices {
+            cluster_of[vertex as usize] = cluster;
+        }
     }
     let joint: Vec<(u32, u32, f64)> =
         edges.iter().map(|&(a, b, weight)| (cluster_of[a as usize], cluster_of[b as usize], weight)).collect();
