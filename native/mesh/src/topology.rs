@@ -48,16 +48,31 @@ impl Topology {
             }
         }
         t.twin = vec![NONE; t.origin.len()];
-        // Half-edges by the edge they lie on; one whose ends are the same vertex has no twin.
-        let mut by_edge: Vec<([u32; 2], u32)> =
-            (0..t.origin.len() as u32).map(|h| (sorted(t.from(h), t.to(h)), h)).collect();
-        by_edge.sort_unstable();
-        for on_edge in by_edge.chunk_by(|(a, _), (b, _)| a == b) {
-            if let &[(_, g), (_, h)] = on_edge
-                && t.from(g) != t.from(h)
-            {
-                t.twin[g as usize] = h;
-                t.twin[h as usize] = g;
+        // Half-edges by the lower end of the edge they lie on, then by the other; one whose ends are the same vertex has no twin.
+        let ends: Vec<[u32; 2]> = (0..t.origin.len() as u32).map(|h| sorted(t.from(h), t.to(h))).collect();
+        let mut row = vec![0_u32; vertex_count + 1];
+        for [low, _] in &ends {
+            row[*low as usize + 1] += 1;
+        }
+        for v in 0..vertex_count {
+            row[v + 1] += row[v];
+        }
+        let mut place = row.clone();
+        let mut by_edge = vec![(0, 0); ends.len()];
+        for (h, &[low, high]) in (0..).zip(&ends) {
+            by_edge[place[low as usize] as usize] = (high, h);
+            place[low as usize] += 1;
+        }
+        for low in row.windows(2) {
+            let around = &mut by_edge[low[0] as usize..low[1] as usize];
+            around.sort_unstable();
+            for on_edge in around.chunk_by(|(a, _), (b, _)| a == b) {
+                if let &[(_, g), (_, h)] = on_edge
+                    && t.origin[g as usize] != t.origin[h as usize]
+                {
+                    t.twin[g as usize] = h;
+                    t.twin[h as usize] = g;
+                }
             }
         }
         for h in 0..t.origin.len() {

@@ -18,7 +18,8 @@ const LEAST_SIZE: f64 = 0.4;
 const GROWTH: f64 = 0.25;
 /// Rounds of averaging, which take out the noise of scans.
 const AVERAGING: usize = 3;
-const BISECTIONS: usize = 30;
+/// Halvings of the twelve decades that edge lengths are looked for in: to a billionth.
+const BISECTIONS: usize = 35;
 const GROWING_SWEEPS: usize = 60;
 
 /// Lowers the relative edge lengths at the vertices of the surface where it is bent, so that edges stay within `error`, scene
@@ -43,11 +44,13 @@ pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, plain: &[f64],
     }
     let [least, most] = [f64::min, f64::max].map(|pick| size.iter().copied().reduce(pick).unwrap_or(1.0));
     let least_size = LEAST_SIZE.powf(least / most);
-    let bounded = |h: f64, v: u32| size[v as usize].min((caps[v as usize] / h).max(least_size * size[v as usize]));
+    let bounds = |h: f64| -> Vec<f64> {
+        size.iter().zip(&caps).map(|(size, cap)| size.min((cap / h).max(least_size * size))).collect()
+    };
     let triangles = &base.surface.triangles;
     let areas: Vec<f64> = (0..triangles.len()).map(|t| base.surface.area_normal(t).length() / 2.0).collect();
     let quads = |h: f64| -> f64 {
-        let bounds: Vec<f64> = (0..size.len() as u32).map(|v| bounded(h, v)).collect();
+        let bounds = bounds(h);
         let mean = |t: &[u32; 3]| t.iter().map(|&v| bounds[v as usize]).sum::<f64>() / 3.0 * h;
         triangles.iter().zip(&areas).map(|(t, area)| area / mean(t).powi(2)).sum()
     };
@@ -56,24 +59,30 @@ pub(crate) fn bound(base: &Base, measures: &Measures, error: f64, plain: &[f64],
         Size::TargetFaces(faces) => {
             let h = quads(1.0).max(f64::MIN_POSITIVE).sqrt();
             let (mut fine, mut coarse) = (h * 1e-6, h * 1e6);
-            for _ in 0..2 * BISECTIONS {
+            for _ in 0..BISECTIONS {
                 let middle = (fine * coarse).sqrt();
                 if quads(middle) > faces as f64 { fine = middle } else { coarse = middle }
             }
             coarse
         }
     };
-    let mut lower: Vec<f64> = (0..size.len() as u32).map(|v| bounded(h, v)).collect();
+    let mut lower = bounds(h);
     // Rows of quads cannot end at once: sizes grow slowly away from what is bent.
     let at = |v: u32| base.surface.positions[v as usize];
     let ways: Vec<[f64; 3]> = triangles
         .iter()
         .map(|&[a, b, c]| [(a, b), (b, c), (c, a)].map(|(v, w)| GROWTH * at(v).distance(at(w)) / h))
         .collect();
-    for _ in 0..GROWING_SWEEPS {
+    let sides = |t: usize| {
+        let ([a, b, c], [ab, bc, ca]) = (triangles[t], ways[t]);
+        [(a, b, ab), (b, c, bc), (c, a, ca), (b, a, ab), (c, b, bc), (a, c, ca)]
+    };
+    for sweep in 0..GROWING_SWEEPS {
         let mut changed = false;
-        for (&[a, b, c], &[ab, bc, ca]) in triangles.iter().zip(&ways) {
-            for (v, w, way) in [(a, b, ab), (b, c, bc), (c, a, ca), (b, a, ab), (c, b, bc), (a, c, ca)] {
+        for t in 0..triangles.len() {
+            // There and back, so that no direction takes a sweep for each triangle.
+            let t = if sweep % 2 == 0 { t } else { triangles.len() - 1 - t };
+            for (v, w, way) in sides(t) {
                 let most = lower[v as usize] + way;
                 if lower[w as usize] > most * (1.0 + 1e-9) {
                     lower[w as usize] = most;
@@ -98,25 +107,28 @@ pub(crate) fn mean_along(path: &[u32], values: &[f64]) -> f64 {
 fn bend(base: &Base, measures: &Measures) -> Vec<f64> {
     let surface = &base.surface;
     let topology = Topology::of_triangles(surface);
-    let mut on_rail = std::collections::BTreeSet::new();
+    let mut on_rail = vec![false; topology.len()];
     for (edge, _) in base.edges.iter().zip(&measures.rails).filter(|(_, rail)| **rail) {
-        on_rail.extend(edge.path.windows(2).map(|w| mesh::sorted(w[0], w[1])));
+        for pair in edge.path.windows(2) {
+            let sides = [topology.find(pair[0], pair[1]), topology.find(pair[1], pair[0])];
+            sides.into_iter().flatten().for_each(|h| on_rail[h as usize] = true);
+        }
     }
+    let normals: Vec<mesh::DVec3> = (0..surface.triangles.len()).map(|t| surface.area_normal(t)).collect();
     let mut area = vec![0.0; surface.positions.len()];
     let mut turn = vec![0.0; surface.positions.len()];
-    for (i, t) in surface.triangles.iter().enumerate() {
-        let third = surface.area_normal(i).length() / 6.0;
+    for (t, normal) in surface.triangles.iter().zip(&normals) {
+        let third = normal.length() / 6.0;
         for &v in t {
             area[v as usize] += third;
         }
     }
     for h in topology.edges().filter(|&h| topology.twin[h as usize] != mesh::NONE) {
         let (v, w) = (topology.from(h), topology.to(h));
-        if on_rail.contains(&mesh::sorted(v, w)) {
+        if on_rail[h as usize] {
             continue;
         }
-        let [a, b] =
-            [h / 3, topology.twin[h as usize] / 3].map(|t| surface.area_normal(t as usize).normalize_or_zero());
+        let [a, b] = [h, topology.twin[h as usize]].map(|h| normals[h as usize / 3].normalize_or_zero());
         let side = surface.positions[w as usize] - surface.positions[v as usize];
         let angle = a.cross(b).dot(side.normalize_or_zero()).atan2(a.dot(b));
         for v in [v, w] {

@@ -160,7 +160,12 @@ fn neighbours(mesh: &TriangleMesh, edges: &BTreeMap<[u32; 2], bool>) -> Vec<Vec<
     neighbours
 }
 
-/// Takes out crumbs: short branches with a loose end, then short components. Borders and what holds a marked vertex stay.
+/// A triangle with three marked sides and less height than this, in least lengths, is no room for quads: its longest side follows the
+/// other two closely enough.
+const SLIVER: f64 = 0.1;
+
+/// Takes out crumbs: the longest sides of marked slivers, short branches with a loose end, then short components. Borders and what
+/// holds a marked vertex stay.
 fn drop_short(
     mesh: &TriangleMesh,
     edges: &mut BTreeMap<[u32; 2], bool>,
@@ -173,6 +178,16 @@ fn drop_short(
         keep[v as usize] = true;
     }
     let mut dropped = Vec::new();
+    for (t, &[a, b, c]) in mesh.triangles.iter().enumerate() {
+        let sides = [sorted(a, b), sorted(b, c), sorted(c, a)];
+        let Some(longest) = sides.into_iter().max_by(|a, b| length(a).total_cmp(&length(b))) else { continue };
+        let height = mesh.area_normal(t).length() / length(&longest);
+        let can_go = sides.iter().all(|side| edges.contains_key(side)) && edges.get(&longest) == Some(&false);
+        if can_go && height < SLIVER * least_length {
+            edges.remove(&longest);
+            dropped.push(longest);
+        }
+    }
     let around = neighbours(mesh, edges);
     for tip in (0..around.len()).filter(|&v| around[v].len() == 1 && !keep[v]) {
         let (mut branch, mut before, mut at) = (Vec::new(), tip as u32, around[tip][0]);
@@ -351,6 +366,19 @@ mod tests {
         assert_eq!(found(&features, 100.0).dropped.len(), 9, "borders stay");
         features.vertices = vec![at(6, 3), at(3, 4)];
         assert!(found(&features, 2.5).dropped.is_empty());
+    }
+
+    #[test]
+    fn the_longest_side_of_a_marked_sliver_is_dropped() {
+        // A flat triangle on a base of length 2, and one on each of its sides.
+        let positions = [(0., 0.), (2., 0.), (1., 0.01), (1., -1.), (0., 1.), (2., 1.)];
+        let positions = positions.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect();
+        let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 4], [2, 1, 5]] };
+        let features = Features { edges: vec![[0, 1], [1, 2], [2, 0]], vertices: vec![] };
+        let dropped =
+            |least: f64| network(&mesh, &Topology::of_triangles(&mesh), &features, 0.9, least).unwrap().dropped;
+        assert_eq!(dropped(0.2), [[0, 1]]);
+        assert!(dropped(0.05).is_empty());
     }
 
     #[test]

@@ -7,6 +7,7 @@
 use crate::error::LayoutError;
 use mesh::{DVec3, Monitor, NONE, TriangleMesh, split_quad};
 use quadrangulate::improve::{ImproveError, ImproveOptions, QuadPatch, Setting, improve};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use surface::closest::ClosestPoint;
 use surface::smooth::{Constraint, SmoothOptions};
@@ -14,7 +15,7 @@ use surface::smooth_star::{Reference, quad_quality};
 
 /// Quads below this quality are mended; in the coarsest layout, where every new irregular vertex sends lines over the whole
 /// mesh, only inverted ones.
-pub(crate) const SOUND: f64 = 0.25;
+pub(crate) const SOUND: f64 = 0.3;
 pub(crate) const INVERTED: f64 = 0.0;
 /// Rings of quads round a bad one that may change.
 const RINGS: usize = 3;
@@ -27,8 +28,17 @@ const MOST_LOST: f64 = 1.5;
 /// its quads has bad ones everywhere.
 const MOST_PLACES: usize = 60;
 const MOST_IN_VAIN: usize = 12;
+/// Where more than one quad in so many is bad, only inverted ones are mended, and tried once: there is no room.
+const MOST_BAD: usize = 20;
 /// For quads that are not inverted the number of quads changes by one in so many at most.
 const MOST_DRIFT: usize = 50;
+/// Places mended at once.
+const AT_ONCE: usize = 8;
+/// Quality that the worst quad must gain for another look at what is inverted still, or all bad quads of a region together where the
+/// worst one stays as it is.
+const LEAST_GAIN: f64 = 0.05;
+/// Operators looked ahead: with 3, or in two passes, the same places are mended in two to four times the time.
+const DEPTH: usize = 2;
 /// States that the search looks at in one place. More are no better: many places, each looked at briefly, mend more in less time.
 const BUDGET: usize = 250;
 
@@ -56,98 +66,88 @@ pub(crate) struct Mended {
 }
 
 /// Replaces quads of less than `sound` quality and what lies around them, worst first. Keeps features, borders and topology.
+///
+/// Places that share no vertex are worked on at once; which these are does not depend on threads.
 pub(crate) fn mend(
     mut patch: QuadPatch,
     setting: &Setting<'_>,
     smooth: &SmoothOptions,
-    sound: f64,
+    mut sound: f64,
     monitor: &Monitor,
 ) -> Result<Mended, LayoutError> {
     let (before, wanted) = (patch.positions.len(), patch.quads.len());
     let features: BTreeSet<[u32; 2]> = setting.features.iter().map(|&[a, b]| mesh::sorted(a, b)).collect();
     let mut quality_of = qualities(&patch, setting.surfaces);
-    let mut tried = vec![0; patch.quads.len()];
-    let (mut places, mut in_vain) = (0, 0);
-    for _ in 0..MOST_PLACES {
+    let has_room = quality_of.iter().filter(|quality| **quality < sound).count() <= wanted / MOST_BAD;
+    if !has_room {
+        sound = INVERTED;
+    }
+    let mut tried = vec![0_u8; patch.quads.len()];
+    let shortfall = |values: &[f64]| values.iter().map(|value| (sound - value).max(0.0)).sum::<f64>();
+    let (mut places, mut looked_at, mut in_vain) = (0, 0, 0);
+    while looked_at < MOST_PLACES && in_vain < MOST_IN_VAIN {
         monitor.check()?;
-        if in_vain == MOST_IN_VAIN {
+        let regions = Region::apart(&patch, &quality_of, &tried, sound, has_room);
+        if regions.is_empty() {
             break;
         }
-        in_vain += 1;
-        let times = |q: usize| if quality_of[q] <= INVERTED { 2 } else { 1 };
-        let open = (0..patch.quads.len()).filter(|&q| tried[q] < times(q) && quality_of[q] < sound);
-        let Some(worst) = open.min_by(|&a, &b| quality_of[a].total_cmp(&quality_of[b])) else { break };
-        let again = tried[worst];
-        tried[worst] += 1;
-        let region = Region::around(&patch, worst, RINGS + MORE_RINGS * again);
-        let (own, names) = region.patch(&patch);
-        let own_places = own.positions.clone();
-        let local = |v: u32| names.binary_search(&v).map_or(NONE, |i| i as u32);
-        let inner: Vec<[u32; 2]> = region.sides.keys().filter(|side| features.contains(*side)).copied().collect();
-        let inner: Vec<[u32; 2]> = inner.into_iter().map(|side| side.map(local)).collect();
-        let outside: Vec<u32> = names.iter().map(|v| region.outside[v]).collect();
-        let own_setting = Setting { features: &inner, outside: &outside, ..*setting };
-        let budget = if again > 0 { MORE_BUDGET * BUDGET } else { BUDGET };
-        let options = ImproveOptions { depth: 3, passes: 2, budget, smooth: *smooth, ..ImproveOptions::default() };
-        let better = match improve(own, &own_setting, &options, monitor) {
-            Ok(better) => better,
-            Err(ImproveError::Cancelled(cancelled)) => return Err(cancelled.into()),
-            // What lies there cannot be changed by itself; the quad is reported if it is inverted.
-            Err(_) => continue,
-        };
-        let found = qualities(&better.patch, setting.surfaces);
-        let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
-        let old = least(&mut region.quads.iter().map(|&q| quality_of[q]));
-        if least(&mut found.iter().copied()) <= old + 1e-6 {
-            continue;
-        }
-        if lost(&own_places, &better.patch) > MOST_LOST {
-            // It made room by giving up a finger or a horn.
-            continue;
-        }
-        let count = patch.quads.len() + better.patch.quads.len() - region.quads.len();
-        if old > INVERTED && count.abs_diff(wanted) > patch.quads.len().abs_diff(wanted).max(wanted / MOST_DRIFT) {
-            continue;
-        }
-        let beyond = region.sides_beyond(&patch);
-        let name = |v: u32| names.get(better.source[v as usize] as usize).copied().unwrap_or(NONE);
-        if inner_sides(&better.patch.quads).any(|side| {
-            beyond.contains(&{
-                let [a, b] = side.map(name);
-                mesh::sorted(a, b)
-            })
-        }) {
-            // The search knows the region only: two of its edges would be one with edges beyond it.
-            continue;
-        }
-        places += 1;
-        in_vain = 0;
-        let global: Vec<u32> = (0..better.source.len())
-            .map(|new| {
-                let Some(&v) = names.get(better.source[new] as usize) else {
-                    patch.positions.push(better.patch.positions[new]);
-                    patch.constraints.push(better.patch.constraints[new]);
-                    return patch.positions.len() as u32 - 1;
-                };
-                patch.positions[v as usize] = better.patch.positions[new];
-                v
-            })
-            .collect();
+        let replacement = |region: &Region| region.replacement(&patch, setting, &features, smooth, monitor);
+        let found: Vec<Option<Replacement>> = regions.par_iter().map(replacement).collect::<Result<_, _>>()?;
         let mut keep = vec![true; patch.quads.len()];
-        region.quads.iter().for_each(|&q| keep[q] = false);
-        let kept = |q: &usize| keep[*q];
-        let pick = (0..patch.quads.len()).filter(kept);
-        tried = pick.clone().map(|q| tried[q]).collect();
-        quality_of = pick.clone().map(|q| quality_of[q]).collect();
-        patch.surface_of = pick.clone().map(|q| patch.surface_of[q]).collect();
-        patch.quads = pick.map(|q| patch.quads[q]).collect();
-        patch.quads.extend(better.patch.quads.iter().map(|quad| quad.map(|v| global[v as usize])));
-        patch.surface_of.extend(&better.patch.surface_of);
-        tried.extend(found.iter().map(|_| 1));
-        quality_of.extend(found);
+        let mut count = patch.quads.len();
+        for (region, found) in regions.iter().zip(found) {
+            looked_at += 1;
+            in_vain += 1;
+            let old: Vec<f64> = region.quads.iter().map(|&q| quality_of[q]).collect();
+            let least_old = least(&old);
+            let better = found.filter(|found| {
+                let after = count + found.patch.quads.len() - region.quads.len();
+                let drifts = after.abs_diff(wanted) > count.abs_diff(wanted).max(wanted / MOST_DRIFT);
+                let is_better = found.least() > least_old + 1e-6
+                    || found.least() >= least_old && shortfall(&old) > shortfall(&found.qualities) + LEAST_GAIN;
+                is_better && (least_old <= INVERTED || !drifts)
+            });
+            let Some(better) = better else {
+                // The search had its chance at all of the region's bad quads, not at the first only.
+                for &q in
+                    region.quads.iter().filter(|&&q| is_bad(quality_of[q], sound) && region.is_inside(patch.quads[q]))
+                {
+                    tried[q] = tried[q].max(region.times);
+                }
+                continue;
+            };
+            places += 1;
+            in_vain = 0;
+            count = count + better.patch.quads.len() - region.quads.len();
+            region.quads.iter().for_each(|&q| keep[q] = false);
+            // What got better by a hair is not worth another look.
+            let times = if better.least() > least_old + LEAST_GAIN { 1 } else { region.times };
+            tried.extend(better.qualities.iter().map(|_| times));
+            keep.extend(better.qualities.iter().map(|_| true));
+            quality_of.extend(&better.qualities);
+            better.put_into(&mut patch);
+        }
+        retain(&mut patch.quads, &keep);
+        retain(&mut patch.surface_of, &keep);
+        retain(&mut quality_of, &keep);
+        retain(&mut tried, &keep);
     }
     let (patch, source) = compact(patch, before);
     Ok(Mended { patch, source, places })
+}
+
+fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
+    let mut keep = keep.iter();
+    values.retain(|_| keep.next() == Some(&true));
+}
+
+/// Whether a quad of this quality is to be mended. At [`INVERTED`] those of no quality are, too.
+fn is_bad(quality: f64, sound: f64) -> bool {
+    quality < sound || quality <= INVERTED
+}
+
+fn least(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 /// How far the farthest of some places is from quads, in mean lengths of their sides.
@@ -192,6 +192,37 @@ fn compact(patch: QuadPatch, before: usize) -> (QuadPatch, Vec<u32>) {
     (compacted, used.into_iter().map(|v| if v < before { v as u32 } else { NONE }).collect())
 }
 
+/// What takes the place of a region.
+struct Replacement {
+    /// The quads by themselves.
+    patch: QuadPatch,
+    qualities: Vec<f64>,
+    /// For each vertex its name in the whole, [`NONE`] for a new one.
+    names: Vec<u32>,
+}
+
+impl Replacement {
+    fn least(&self) -> f64 {
+        least(&self.qualities)
+    }
+
+    /// Moves vertices that stay, and appends new ones and the quads; the old ones are still there.
+    fn put_into(self, whole: &mut QuadPatch) {
+        let mut names = self.names;
+        for ((name, position), constraint) in names.iter_mut().zip(self.patch.positions).zip(self.patch.constraints) {
+            if *name == NONE {
+                *name = whole.positions.len() as u32;
+                whole.positions.push(position);
+                whole.constraints.push(constraint);
+            } else {
+                whole.positions[*name as usize] = position;
+            }
+        }
+        whole.quads.extend(self.patch.quads.iter().map(|quad| quad.map(|v| names[v as usize])));
+        whole.surface_of.extend(self.patch.surface_of);
+    }
+}
+
 /// Quads that are changed together.
 struct Region {
     /// Ascending.
@@ -200,22 +231,53 @@ struct Region {
     sides: BTreeMap<[u32; 2], usize>,
     /// For each of its vertices the quads around it that are not in it.
     outside: BTreeMap<u32, u32>,
+    /// How often its first quad was tried, this time included.
+    times: u8,
 }
 
 impl Region {
-    /// Some rings of quads around one, and more where the region would touch itself.
-    fn around(patch: &QuadPatch, quad: usize, rings: usize) -> Self {
+    /// Regions round the worst quads that are not done with, without a common vertex.
+    fn apart(patch: &QuadPatch, quality_of: &[f64], tried: &[u8], sound: f64, has_room: bool) -> Vec<Self> {
+        let times = |q: usize| if has_room && quality_of[q] <= INVERTED { 2 } else { 1 };
+        let mut open: Vec<usize> =
+            (0..patch.quads.len()).filter(|&q| tried[q] < times(q) && is_bad(quality_of[q], sound)).collect();
+        open.sort_by(|&a, &b| quality_of[a].total_cmp(&quality_of[b]));
+        if open.is_empty() {
+            return Vec::new();
+        }
         let mut around = vec![Vec::new(); patch.positions.len()];
         for (q, corners) in patch.quads.iter().enumerate() {
             for &v in corners {
                 around[v as usize].push(q);
             }
         }
+        let mut regions: Vec<Self> = Vec::new();
+        let mut taken = vec![false; patch.positions.len()];
+        for q in open {
+            if patch.quads[q].iter().any(|&v| taken[v as usize]) {
+                continue;
+            }
+            let region = Self::around(patch, &around, q, tried[q]);
+            let is_apart = region.outside.keys().all(|&v| !taken[v as usize]);
+            // What a worse quad's region would change waits for it.
+            region.outside.keys().for_each(|&v| taken[v as usize] = true);
+            if is_apart {
+                regions.push(region);
+            }
+            if regions.len() == AT_ONCE {
+                break;
+            }
+        }
+        regions
+    }
+
+    /// Some rings of quads around one, more where it was tried before, and more where the region would touch itself.
+    fn around(patch: &QuadPatch, around: &[Vec<usize>], quad: usize, tried: u8) -> Self {
         let ring = |quads: &BTreeSet<usize>| -> BTreeSet<usize> {
             quads.iter().flat_map(|&q| patch.quads[q]).flat_map(|v| around[v as usize].iter().copied()).collect()
         };
         let mut quads = BTreeSet::from([quad]);
-        for _ in 0..rings {
+        for _ in 0..RINGS + MORE_RINGS * usize::from(tried) {
             quads = ring(&quads);
         }
         loop {
@@ -239,10 +301,54 @@ impl Region {
                     let beyond = around[v as usize].iter().filter(|q| !quads.contains(q)).count();
                     outside.insert(v, beyond as u32);
                 }
-                return Self { quads: quads.into_iter().collect(), sides, outside };
+                return Self { quads: quads.into_iter().collect(), sides, outside, times: tried + 1 };
             }
             quads.extend(more);
         }
+    }
+
+    /// Whether no corner of a quad is held because other quads meet there.
+    fn is_inside(&self, quad: [u32; 4]) -> bool {
+        quad.iter().all(|v| self.outside.get(v) == Some(&0))
+    }
+
+    /// Quads that the search finds to take its place, if they may.
+    fn replacement(
+        &self,
+        whole: &QuadPatch,
+        setting: &Setting<'_>,
+        features: &BTreeSet<[u32; 2]>,
+        smooth: &SmoothOptions,
+        monitor: &Monitor,
+    ) -> Result<Option<Replacement>, LayoutError> {
+        let (own, names) = self.patch(whole);
+        let places = own.positions.clone();
+        let local = |v: u32| names.binary_search(&v).map_or(NONE, |i| i as u32);
+        let inner: Vec<[u32; 2]> =
+            self.sides.keys().filter(|side| features.contains(*side)).map(|side| side.map(local)).collect();
+        let outside: Vec<u32> = names.iter().map(|v| self.outside[v]).collect();
+        let own_setting = Setting { features: &inner, outside: &outside, ..*setting };
+        let budget = if self.times > 1 { MORE_BUDGET * BUDGET } else { BUDGET };
+        let options = ImproveOptions { depth: DEPTH, passes: 1, budget, smooth: *smooth, ..ImproveOptions::default() };
+        let better = match improve(own, &own_setting, &options, monitor) {
+            Ok(better) => better,
+            Err(ImproveError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            // What lies there cannot be changed by itself; the quad is reported if it is inverted.
+            Err(_) => return Ok(None),
+        };
+        if lost(&places, &better.patch) > MOST_LOST {
+            // It made room by giving up a finger or a horn.
+            return Ok(None);
+        }
+        let names: Vec<u32> = better.source.iter().map(|&v| names.get(v as usize).copied().unwrap_or(NONE)).collect();
+        let beyond = self.sides_beyond(whole);
+        let named = |[a, b]: [u32; 2]| mesh::sorted(names[a as usize], names[b as usize]);
+        if inner_sides(&better.patch.quads).any(|side| beyond.contains(&named(side))) {
+            // The search knows the region only: two of its edges would be one with edges beyond it.
+            return Ok(None);
+        }
+        let qualities = qualities(&better.patch, setting.surfaces);
+        Ok(Some(Replacement { patch: better.patch, qualities, names }))
     }
 
     /// Sides of other quads that join two of its vertices.
@@ -293,7 +399,7 @@ mod tests {
         let constraints = vec![Constraint::Free; 10];
         let patch = QuadPatch { surface_of: vec![0; 4], quads, positions, constraints };
         let outside = BTreeMap::from([0, 1, 2, 3, 4, 5].map(|v| (v, 0)));
-        let region = Region { quads: vec![0, 1], sides: BTreeMap::new(), outside };
+        let region = Region { quads: vec![0, 1], sides: BTreeMap::new(), outside, times: 1 };
         assert_eq!(region.sides_beyond(&patch), BTreeSet::from([[0, 3], [4, 5]]));
         assert_eq!(inner_sides(&patch.quads[..2]).collect::<Vec<_>>(), [[1, 2]]);
     }

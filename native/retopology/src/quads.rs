@@ -15,7 +15,7 @@ use crate::pipeline::NEAR_TARGET;
 use crate::rails::Rails;
 use crate::surfaces::Ground;
 use crate::templates::{self, Catalogue, TemplateChoice};
-use crate::work::{Wanted, Work};
+use crate::work::{TIMES, TIMES_AFTER_EDIT, Wanted, Work};
 use mesh::{Monitor, NONE, PolygonMesh, TriangleMesh};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -309,10 +309,13 @@ pub(crate) fn quads_after(
         // What lies around is in place already.
         rounds: if first > 0 { options.rounds / 2 } else { options.rounds },
     };
-    work.relax(&carried.movable(&work.filled), &wanted, &smooth, !refills, monitor)?;
+    let movable = carried.movable(&work.filled);
+    let times = if first > 0 { TIMES_AFTER_EDIT } else { TIMES };
+    work.relax(&movable, &wanted, &smooth, if refills { 0 } else { times }, monitor)?;
     let kept = work.kept(names, &topologies, &patches, &counts, contrast);
     clock.stop("optimise");
     monitor.stage("improve", 0.8)?;
+    let as_laid = refills.then(|| work.clone());
     if refills {
         let stays: Vec<bool> = work.filled.patch_of.iter().map(|&p| patches[p as usize].template.is_some()).collect();
         work.refill(&stays, monitor)?;
@@ -320,20 +323,18 @@ pub(crate) fn quads_after(
         // As if all were new, so that what is kept makes no difference.
         let are_new = vec![true; base.triangles.len()];
         let all = Wanted { rounds: options.rounds, are_new: &are_new, ..wanted };
-        work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, true, monitor)?;
+        work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, TIMES, monitor)?;
         clock.stop("relax");
     }
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
-    let (mut mended, mut inverted) = work.mend(&smooth, sound, monitor)?;
-    if inverted > 0 && work.release(&work.pinned()) > 0 {
-        // No bend is worth an inverted quad.
-        work.smooth(1, &smooth, monitor)?;
-        let more = work.mend(&smooth, sound, monitor)?;
-        (mended, inverted) = (mended + more.0, more.1);
-    }
-    if refills && target.is_some_and(|target| (work.filled.quads.len() as f64) < (1.0 - NEAR_TARGET) * target) {
+    let (mut mended, mut inverted) = work.mend_all(&smooth, sound, refills, monitor)?;
+    if let Some(as_laid) = as_laid
+        && target.is_some_and(|target| (work.filled.quads.len() as f64) < (1.0 - NEAR_TARGET) * target)
+    {
         // There is little room, and mending took quads out as well: as they were laid they are more.
-        return quads_after(ground, names, &LayoutOptions { improve: false, ..options.clone() }, last, monitor);
+        work = as_laid;
+        work.relax(&movable, &wanted, &smooth, times, monitor)?;
+        (mended, inverted) = work.mend_all(&smooth, sound, false, monitor)?;
     }
     clock.stop("improve");
     monitor.stage("source", 0.95)?;

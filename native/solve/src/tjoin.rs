@@ -2,7 +2,8 @@
 //! vertex an even number of times.
 //!
 //! Edmonds and Johnson, "Matching, Euler tours and the Chinese postman", 1973: pair the terminals by a minimum-weight
-//! perfect matching under shortest-path distance, and take the edges that lie on an odd number of the paths.
+//! perfect matching under shortest-path distance, and take the edges that lie on an odd number of the paths. Edges that
+//! cost nothing are contracted before: what they join needs one terminal at most.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,15 +14,16 @@ use crate::{CancelCheck, SolveError};
 
 /// A component with more terminals than this is matched among near ones only: 1,000 in a complete graph took minutes.
 pub const EXACT: usize = 120;
-/// Nearest other terminals offered to each terminal then.
+/// Nearest other terminals offered to each terminal then; twice as many, and so on, where no perfect matching is among them.
 pub const NEAREST: usize = 12;
 
 /// The indices, ascending, of the edges of a minimum-weight T-join. `edges` are (vertex, vertex, weight) with weights
 /// not below zero; loops and parallel edges are allowed. `terminals` lists each vertex of T once.
 ///
 /// The matching compares distances as integers: with k terminals in a component of greatest distance D the result is
-/// within 2 k² D / 10⁹ of the minimum, for up to [`EXACT`] terminals a component. Of more, each is offered only the [`NEAREST`]
-/// to it, which a minimum seldom goes beyond. Cost: k shortest-path searches and a matching of a graph with O(k) edges.
+/// within 2 k² D / 10⁹ of the minimum, for up to [`EXACT`] terminals a component; where edges that cost nothing join an even number of
+/// terminals these do not count, where an odd number one does. Of more, each is offered only the [`NEAREST`] to it, which a minimum
+/// seldom goes beyond. Cost: k shortest-path searches that end at those, and a matching of a graph with O(k) edges.
 ///
 /// # Errors
 /// [`SolveError::OddComponent`] when a component has an odd number of terminals; [`SolveError::OutOfRange`] and
@@ -33,66 +35,131 @@ pub fn t_join(
     cancelled: CancelCheck<'_>,
 ) -> Result<Vec<usize>, SolveError> {
     let graph = Graph::new(count, edges)?;
-    let mut is_terminal = vec![false; count];
+    let mut is_odd = vec![false; count];
     for (index, &terminal) in terminals.iter().enumerate() {
-        let Some(mark) = is_terminal.get_mut(terminal as usize) else {
+        let Some(mark) = is_odd.get_mut(terminal as usize) else {
             return Err(SolveError::OutOfRange { what: "terminal", index: terminal as usize, count });
         };
         if std::mem::replace(mark, true) {
             return Err(SolveError::BadNumber { what: "terminal", index, expected: "listed once" });
         }
     }
-    let mut odd = vec![false; edges.len()];
     for vertices in connected_components(count, edges.iter().map(|&(a, b, _)| (a, b))) {
-        let terminals: Vec<u32> = vertices.iter().copied().filter(|&vertex| is_terminal[vertex as usize]).collect();
+        let terminals: Vec<u32> = vertices.iter().copied().filter(|&vertex| is_odd[vertex as usize]).collect();
         if terminals.len() % 2 == 1 {
             return Err(SolveError::OddComponent { vertices, terminals });
         }
-        for (from, to) in pair(&graph, &terminals, cancelled)? {
-            let (_, arrival) = graph.shortest_paths(from);
+    }
+    let free = edges.iter().filter(|(_, _, weight)| *weight <= 0.0);
+    let clusters = connected_components(count, free.map(|&(a, b, _)| (a, b)));
+    let mut cluster_of = vec![0; count];
+    for (cluster, vertices) in (0..).zip(&clusters) {
+        for &vertex in vertices {
+            cluster_of[vertex as usize] = cluster;
+        }
+    }
+    let joint: Vec<(u32, u32, f64)> =
+        edges.iter().map(|&(a, b, weight)| (cluster_of[a as usize], cluster_of[b as usize], weight)).collect();
+    let is_terminal: Vec<bool> = clusters
+        .iter()
+        .map(|vertices| vertices.iter().filter(|&&vertex| is_odd[vertex as usize]).count() % 2 == 1)
+        .collect();
+    let mut chosen = join_clusters(&Graph::new(clusters.len(), &joint)?, &is_terminal, cancelled)?;
+    for edge in (0..edges.len()).filter(|&edge| chosen[edge]) {
+        let (a, b, _) = edges[edge];
+        is_odd[a as usize] ^= true;
+        is_odd[b as usize] ^= true;
+    }
+    // Inside a cluster a tree of free edges carries what is odd from its leaves to its root, where it adds up to nothing.
+    let mut parent = vec![None; count];
+    for vertices in &clusters {
+        let root = vertices[0];
+        let mut order = vec![root];
+        let mut next = 0;
+        while next < order.len() {
+            let vertex = order[next];
+            next += 1;
+            for &edge in &graph.incident[vertex as usize] {
+                let (a, b, weight) = edges[edge];
+                let other = if a == vertex { b } else { a };
+                if weight <= 0.0 && other != root && parent[other as usize].is_none() {
+                    parent[other as usize] = Some((edge, vertex));
+                    order.push(other);
+                }
+            }
+        }
+        for &vertex in order.iter().rev().filter(|&&vertex| vertex != root) {
+            if let Some((edge, up)) = parent[vertex as usize].filter(|_| is_odd[vertex as usize]) {
+                chosen[edge] ^= true;
+                is_odd[vertex as usize] = false;
+                is_odd[up as usize] ^= true;
+            }
+        }
+    }
+    Ok((0..edges.len()).filter(|&edge| chosen[edge]).collect())
+}
+
+/// Which edges a join takes, each component by itself.
+fn join_clusters(graph: &Graph<'_>, is_terminal: &[bool], cancelled: CancelCheck<'_>) -> Result<Vec<bool>, SolveError> {
+    let mut odd = vec![false; graph.edges.len()];
+    let mut search = Search::new(is_terminal.len());
+    for vertices in connected_components(is_terminal.len(), graph.edges.iter().map(|&(a, b, _)| (a, b))) {
+        let terminals: Vec<u32> = vertices.into_iter().filter(|&vertex| is_terminal[vertex as usize]).collect();
+        for (from, to) in pair(graph, &mut search, &terminals, is_terminal, cancelled)? {
+            search.run(graph, from, |vertex, _| vertex == to);
             let mut vertex = to;
             while vertex != from {
-                let edge = arrival[vertex as usize];
+                let edge = search.arrival[vertex as usize];
                 odd[edge] = !odd[edge];
-                let (a, b, _) = edges[edge];
+                let (a, b, _) = graph.edges[edge];
                 vertex = if vertex == a { b } else { a };
             }
         }
     }
-    Ok((0..edges.len()).filter(|&edge| odd[edge]).collect())
+    Ok(odd)
 }
 
 /// Pairs the terminals of one component at least total distance.
-fn pair(graph: &Graph<'_>, terminals: &[u32], cancelled: CancelCheck<'_>) -> Result<Vec<(u32, u32)>, SolveError> {
+fn pair(
+    graph: &Graph<'_>,
+    search: &mut Search,
+    terminals: &[u32],
+    is_terminal: &[bool],
+    cancelled: CancelCheck<'_>,
+) -> Result<Vec<(u32, u32)>, SolveError> {
     if let &[a, b] = terminals {
         return Ok(vec![(a, b)]);
     }
-    let mut distances = Vec::new();
-    for (i, &from) in terminals.iter().enumerate() {
-        if cancelled() {
-            return Err(SolveError::Cancelled);
+    let mut nearest = if terminals.len() <= EXACT { terminals.len() } else { NEAREST };
+    loop {
+        let mut distances = Vec::new();
+        for (i, &from) in terminals.iter().enumerate() {
+            if cancelled() {
+                return Err(SolveError::Cancelled);
+            }
+            let mut found = 0;
+            search.run(graph, from, |vertex, distance| {
+                // The terminals of a component ascend.
+                if vertex != from && is_terminal[vertex as usize] {
+                    distances.push((i as u32, terminals.partition_point(|&other| other < vertex) as u32, distance));
+                    found += 1;
+                }
+                found == nearest
+            });
         }
-        let (distance, _) = graph.shortest_paths(from);
-        let to = |j: usize| distance[terminals[j] as usize];
-        if terminals.len() <= EXACT {
-            distances.extend((i + 1..terminals.len()).map(|j| (i as u32, j as u32, to(j))));
-            continue;
+        let farthest = distances.iter().map(|entry| entry.2).fold(0.0, f64::max);
+        let scale = if farthest > 0.0 { f64::from(weight_spread_limit(terminals.len())) / farthest } else { 0.0 };
+        let weighted: Vec<_> =
+            distances.iter().map(|&(i, j, distance)| (i, j, -(distance * scale).round() as i32)).collect();
+        match perfect_matching(terminals.len(), &weighted, cancelled) {
+            Err(SolveError::Unmatched { .. }) if nearest < terminals.len() => nearest *= 2,
+            partners => {
+                let partners = partners?;
+                let pairs = partners.iter().enumerate().filter(|&(i, &j)| i < j as usize);
+                return Ok(pairs.map(|(i, &j)| (terminals[i], terminals[j as usize])).collect());
+            }
         }
-        let mut others: Vec<usize> = (0..terminals.len()).filter(|&j| j != i).collect();
-        others.select_nth_unstable_by(NEAREST, |&a, &b| to(a).total_cmp(&to(b)).then(a.cmp(&b)));
-        others.truncate(NEAREST);
-        // First with second, third with fourth and so on: there is always a perfect matching.
-        others.extend((i % 2 == 0).then_some(i + 1));
-        others.sort_unstable();
-        distances.extend(others.into_iter().map(|j| (i as u32, j as u32, to(j))));
     }
-    let farthest = distances.iter().map(|entry| entry.2).fold(0.0, f64::max);
-    let scale = if farthest > 0.0 { f64::from(weight_spread_limit(terminals.len())) / farthest } else { 0.0 };
-    let weighted: Vec<_> =
-        distances.iter().map(|&(i, j, distance)| (i, j, -(distance * scale).round() as i32)).collect();
-    let partners = perfect_matching(terminals.len(), &weighted, cancelled)?;
-    let pairs = partners.iter().enumerate().filter(|&(i, &j)| i < j as usize);
-    Ok(pairs.map(|(i, &j)| (terminals[i], terminals[j as usize])).collect())
 }
 
 /// A graph with the edges around each vertex.
@@ -119,31 +186,60 @@ impl<'a> Graph<'a> {
         }
         Ok(Self { edges, incident })
     }
+}
 
-    /// Dijkstra: for every vertex the distance from `source` and the edge it is reached by (no edge: `usize::MAX`).
-    fn shortest_paths(&self, source: u32) -> (Vec<f64>, Vec<usize>) {
-        let mut distance = vec![f64::INFINITY; self.incident.len()];
-        let mut arrival = vec![usize::MAX; self.incident.len()];
-        distance[source as usize] = 0.0;
+/// Dijkstra's shortest paths from one vertex at a time; what one search reached is forgotten by the next.
+struct Search {
+    distance: Vec<f64>,
+    /// The edge each vertex is reached by; `usize::MAX` for the source.
+    arrival: Vec<usize>,
+    reached: Vec<u32>,
+    queue: BinaryHeap<Reverse<(u64, u32)>>,
+}
+
+impl Search {
+    fn new(count: usize) -> Self {
+        Self {
+            distance: vec![f64::INFINITY; count],
+            arrival: vec![usize::MAX; count],
+            reached: Vec::new(),
+            queue: BinaryHeap::new(),
+        }
+    }
+
+    /// Tells `visit` each vertex and its distance from `source`, nearest first, until that says it is enough.
+    fn run(&mut self, graph: &Graph<'_>, source: u32, mut visit: impl FnMut(u32, f64) -> bool) {
+        for vertex in self.reached.drain(..) {
+            self.distance[vertex as usize] = f64::INFINITY;
+            self.arrival[vertex as usize] = usize::MAX;
+        }
+        self.queue.clear();
+        self.distance[source as usize] = 0.0;
+        self.reached.push(source);
         // The bits of floats that are not negative sort as the floats do.
-        let mut queue = BinaryHeap::from([Reverse((0, source))]);
-        while let Some(Reverse((bits, vertex))) = queue.pop() {
-            let reached = f64::from_bits(bits);
-            if reached > distance[vertex as usize] {
+        self.queue.push(Reverse((0, source)));
+        while let Some(Reverse((bits, vertex))) = self.queue.pop() {
+            let here = f64::from_bits(bits);
+            if here > self.distance[vertex as usize] {
                 continue;
             }
-            for &edge in &self.incident[vertex as usize] {
-                let (a, b, weight) = self.edges[edge];
+            if visit(vertex, here) {
+                return;
+            }
+            for &edge in &graph.incident[vertex as usize] {
+                let (a, b, weight) = graph.edges[edge];
                 let other = if a == vertex { b } else { a };
-                let candidate = reached + weight.abs();
-                if candidate < distance[other as usize] {
-                    distance[other as usize] = candidate;
-                    arrival[other as usize] = edge;
-                    queue.push(Reverse((candidate.to_bits(), other)));
+                let candidate = here + weight.abs();
+                if candidate < self.distance[other as usize] {
+                    if self.distance[other as usize] == f64::INFINITY {
+                        self.reached.push(other);
+                    }
+                    self.distance[other as usize] = candidate;
+                    self.arrival[other as usize] = edge;
+                    self.queue.push(Reverse((candidate.to_bits(), other)));
                 }
             }
         }
-        (distance, arrival)
     }
 }
 
@@ -176,7 +272,7 @@ mod tests {
             raw in prop::collection::vec((0u32..8, 0u32..8, 0.0..9.0), 0..11),
             marks in prop::collection::vec(any::<bool>(), 8),
         ) {
-            let edges: Vec<_> = raw.into_iter().map(|(a, b, w): (u32, u32, f64)| (a % count, b % count, w)).collect();
+            let edges: Vec<_> = raw.into_iter().map(|(a, b, w): (u32, u32, f64)| (a % count, b % count, (w - 3.0).max(0.0))).collect();
             let terminals: Vec<u32> = (0..count).filter(|&v| marks[v as usize]).collect();
             let weight = |chosen: &[usize]| chosen.iter().map(|&e| edges[e].2).sum::<f64>();
             let subsets = (0..1usize << edges.len()).map(|bits| (0..edges.len()).filter(|e| bits >> e & 1 == 1).collect::<Vec<_>>());
@@ -223,6 +319,24 @@ mod tests {
             let change: f64 = square.iter().map(|e| if chosen.contains(e) { -edges[*e].2 } else { edges[*e].2 }).sum();
             assert!(change >= -1e-6, "{square:?}");
         }
+    }
+
+    #[test]
+    fn clusters_of_odd_size_are_joined_though_their_nearest_are_their_own() {
+        // Rows of 15 terminals, a step apart, with a long way from row to row.
+        let (rows, length) = (10, 15);
+        let index = |row: u32, k: u32| row * length + k;
+        let mut edges = Vec::new();
+        for row in 0..rows {
+            edges.extend((1..length).map(|k| (index(row, k - 1), index(row, k), 1.0)));
+            edges.extend((row > 0).then(|| (index(row - 1, 7), index(row, 7), 100.0)));
+        }
+        let terminals: Vec<u32> = (0..rows * length).collect();
+        let chosen = t_join(terminals.len(), &edges, &terminals, &never).unwrap();
+        assert!(joins(terminals.len(), &edges, &chosen, &terminals));
+        let weight: f64 = chosen.iter().map(|&edge| edges[edge].2).sum();
+        // Four steps on each side of the way to the next row, and every second such way.
+        assert!((weight - f64::from(rows / 2 * 100 + rows * 8)).abs() < 1e-9, "{weight}");
     }
 
     #[test]

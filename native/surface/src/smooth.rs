@@ -332,8 +332,11 @@ impl<'a> Smoother<'a> {
     fn sweep_worst(&mut self, options: &SmoothOptions, monitor: &Monitor) -> Result<(), Cancelled> {
         self.step.fill(0.1);
         let mut star = Star::default();
+        // What found no better place is left alone until something near it has moved.
+        let mut awake = vec![true; self.positions.len()];
         for _ in 0..options.worst_sweeps {
             let mut bad: Vec<(f64, usize)> = (0..self.patch.quads.len())
+                .filter(|&q| self.patch.quads[q].iter().any(|&v| awake[v as usize] && self.is_movable(v as usize)))
                 .map(|q| (self.quality(q), q))
                 .filter(|&(quality, _)| quality < options.target)
                 .collect();
@@ -343,10 +346,18 @@ impl<'a> Smoother<'a> {
             for &(_, q) in &bad {
                 monitor.check()?;
                 for v in self.patch.quads[q].map(|v| v as usize) {
-                    if !done[v] && self.is_movable(v) {
+                    if !done[v] && awake[v] && self.is_movable(v) {
                         done[v] = true;
                         let found = self.find(v, Goal::Worst, &mut star);
-                        moved |= self.put(v, &found) || self.step[v] > 0.02;
+                        if self.put(v, &found) {
+                            for &(q, _) in self.quads_around(v) {
+                                self.patch.quads[q as usize].iter().for_each(|&w| awake[w as usize] = true);
+                            }
+                            moved = true;
+                        } else {
+                            awake[v] = self.step[v] > 0.02;
+                            moved |= awake[v];
+                        }
                     }
                 }
                 let mut under = self.under_quad[q];

@@ -141,9 +141,20 @@ struct StarQuad {
     others: [DVec3; 3],
     normal: DVec3,
     aspect: f64,
+    /// Energy of the corner opposite, which is the same wherever the vertex stands; set by [`Star::begin`].
+    opposite: f64,
 }
 
 impl StarQuad {
+    /// v squared at one corner, v = (|e1|^2 / r + |e2|^2 r) / 2h, h = (J + sqrt(J^2 + 4 d^2)) / 2; e1 runs the first way, as 0-1 and 2-3
+    /// do.
+    fn corner_energy(&self, first: DVec3, second: DVec3, jacobian: f64, delta_squared: f64) -> f64 {
+        let h = 0.5 * (jacobian + (jacobian * jacobian + 4.0 * delta_squared).sqrt());
+        let lengths = first.length_squared() / self.aspect + second.length_squared() * self.aspect;
+        let v = lengths / (2.0 * h.max(f64::MIN_POSITIVE));
+        v * v
+    }
+
     fn points(&self, x: DVec3) -> [DVec3; 4] {
         [x, self.others[0], self.others[1], self.others[2]]
     }
@@ -177,7 +188,7 @@ impl Star {
 
     /// Adds a quad whose corner 0 is the vertex; `aspect` is the wanted length of edge 0-1 over that of edge 0-3.
     pub fn push(&mut self, others: [DVec3; 3], normal: DVec3, aspect: f64) {
-        self.quads.push(StarQuad { others, normal, aspect });
+        self.quads.push(StarQuad { others, normal, aspect, opposite: 0.0 });
     }
 
     /// Worst quality round the vertex when it stands at `x`.
@@ -213,6 +224,10 @@ impl Star {
             (0.1 * area).powi(2) + 0.04 * least.min(0.0).powi(2)
         };
         self.delta_squared = self.delta_squared.max(f64::MIN_POSITIVE);
+        for q in &mut self.quads {
+            let (ab, bc) = (q.others[1] - q.others[0], q.others[2] - q.others[1]);
+            q.opposite = q.corner_energy(bc, ab, ab.cross(bc).dot(q.normal), self.delta_squared);
+        }
     }
 
     fn value(&self, x: DVec3, goal: Goal) -> f64 {
@@ -222,23 +237,16 @@ impl Star {
         }
     }
 
-    /// Sum over the corners of v squared, v = (|e1|^2 / r + |e2|^2 r) / 2h, h = (J + sqrt(J^2 + 4 d^2)) / 2.
+    /// Sum over the corners.
     fn quad_energy(&self, q: &StarQuad, x: DVec3) -> f64 {
-        let p = q.points(x);
-        let edge = [p[1] - p[0], p[2] - p[1], p[3] - p[2], p[0] - p[3]];
-        let squared = edge.map(DVec3::length_squared);
-        let mut sum = 0.0;
-        for k in 0..4 {
-            let before = (k + 3) & 3;
-            let jacobian = edge[before].cross(edge[k]).dot(q.normal);
-            let h = 0.5 * (jacobian + (jacobian * jacobian + 4.0 * self.delta_squared).sqrt());
-            // Edges 0-1 and 2-3 run the first way, the others the second.
-            let (first, second) =
-                if k & 1 == 0 { (squared[k], squared[before]) } else { (squared[before], squared[k]) };
-            let v = (first / q.aspect + second * q.aspect) / (2.0 * h.max(f64::MIN_POSITIVE));
-            sum += v * v;
-        }
-        sum
+        let [a, b, c] = q.others;
+        let (xa, ab, bc, cx) = (a - x, b - a, c - b, x - c);
+        let corner =
+            |first: DVec3, second: DVec3, jacobian: f64| q.corner_energy(first, second, jacobian, self.delta_squared);
+        corner(xa, cx, cx.cross(xa).dot(q.normal))
+            + corner(xa, ab, xa.cross(ab).dot(q.normal))
+            + q.opposite
+            + corner(bc, cx, bc.cross(cx).dot(q.normal))
     }
 
     /// Looks for a better place for a vertex at `x`: a pattern search of radius `step` (a fraction of the mean edge, adapted) with a
