@@ -490,7 +490,7 @@ pub(crate) fn warnings(report: &Report) -> Vec<String> {
     if report.edges_dropped > 0 {
         let edges = if report.edges_dropped == 1 { "1 edge" } else { &format!("{} edges", report.edges_dropped) };
         said.push(format!(
-            "{edges} of features too short for quads of this size were left out: make the quads smaller"
+            "{edges} of features too short or too close to others for quads of this size were left out: make the quads smaller"
         ));
     }
     said
