@@ -91,9 +91,10 @@ use surface::resample::ResampleError;
 pub(crate) const STEP: f64 = 2.732_050_807_568_877;
 const CURVE_STEP: f64 = 2.85;
 
-/// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
-/// the panels, as on a tube of two panels around, smaller ones fit.
-const SMALLER: [f64; 11] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12];
+/// Where the surface has too little room for panels, as on a tube of two panels around, they are turned over: smaller ones are tried, each
+/// time by this factor, so often.
+const SMALLER: f64 = 0.95;
+const SMALLER_TRIES: i32 = 40;
 
 /// A patch graph whose mesh has no more flaws than this is taken without looking at others ([`SurfaceTiling::flaws`]).
 const FEW_FLAWS: f64 = 0.15;
@@ -341,7 +342,12 @@ impl SurfaceTiling {
 impl SurfaceTiling {
     /// The bars that the mesh misses: what whoever builds it should know.
     pub fn missed_bars(&self) -> Vec<MissedBar> {
-        self.quality.missed(&self.mesh)
+        self.quality.missed()
+    }
+
+    /// By how much the mesh misses its bars, in bars summed; 0 where it meets all. Panels turned over are a bar each.
+    pub(crate) fn excess(&self) -> f64 {
+        self.quality.excess() + self.turned.len() as f64
     }
 
     /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, ten times that of rhombi, and what
@@ -390,8 +396,8 @@ pub fn tile_surface(
         return Ok(SurfaceTiling { stages, ..tiling });
     }
     let mut attempts = Vec::new();
-    for fraction in SMALLER {
-        let attempt = Attempt::new(&input, fraction * edge_length, options, &mut lap, monitor)?;
+    for smaller in 0..=SMALLER_TRIES {
+        let attempt = Attempt::new(&input, SMALLER.powi(smaller) * edge_length, options, &mut lap, monitor)?;
         let is_sound = attempt.shaped.turned.is_empty();
         attempts.push(attempt);
         if is_sound {
@@ -438,7 +444,7 @@ fn of_patches(
     monitor: &Monitor,
 ) -> Result<Option<SurfaceTiling>, SurfaceError> {
     let mut best: Option<(f64, SurfaceTiling)> = None;
-    let mut tried = Vec::new();
+    let (mut tried, mut seen) = (Vec::new(), Vec::new());
     for tolerances in TOLERANCES.chunks(2) {
         let mut drafts: Vec<Draft> = Vec::new();
         for &tolerance in tolerances {
@@ -452,7 +458,7 @@ fn of_patches(
         // Charts that lattices fit are worth trying first.
         drafts.sort_by_key(Draft::is_odd);
         for draft in drafts {
-            let papers = Paper::new(input, &draft, edge_length, options, lap, monitor)?;
+            let papers = Paper::new(input, &draft, &mut seen, edge_length, options, lap, monitor)?;
             for paper in papers.into_iter().filter(|paper| paper.shaped.turned.is_empty()) {
                 let tiling = paper.measured(Vec::new())?;
                 let flaws = tiling.flaws();
