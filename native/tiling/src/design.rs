@@ -32,8 +32,9 @@ impl PolygonDesign {
         options: &SurfaceOptions,
         monitor: &Monitor,
     ) -> Result<Self, PolygonsError> {
-        let Prepared { surface, options, place, taken_apart, edge_length, .. } =
+        let Prepared { surface, options, place, taken_apart, guess, .. } =
             monitor.within(0.0, 1.0 - CUT_PART, || prepare(mesh, size, options, monitor))?;
+        let edge_length = guess.edge_length;
         let design = monitor.within(1.0 - CUT_PART, 1.0, || {
             let Some(graph) = graph else { return PatchDesign::new(&surface, edge_length, &options, monitor) };
             let graph = graph.moved(|p| place.on_unit(p));

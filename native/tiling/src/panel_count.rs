@@ -85,7 +85,9 @@ impl Search {
             let between = |failed: &f64| (failed - best.0) * far > 0.0 && (failed - best.0).abs() <= far.abs() + SAME;
             let failed = self.failed.iter().copied().filter(between);
             let failed = failed.min_by(|a, b| (a - best.0).abs().total_cmp(&(b - best.0).abs()));
-            wish = Some(failed.map_or(best.0 + far, |failed| best.0.midpoint(failed))).filter(is_new);
+            let to = failed.map_or(best.0 + far, |failed| best.0.midpoint(failed));
+            // Between what had room and what had none.
+            wish = Some(if to < self.longest - SAME { to } else { best.0.midpoint(self.longest) }).filter(is_new);
         }
         let steps = (1..=JITTERS).flat_map(|k| [f64::from(k), -f64::from(k)]);
         let beside = || steps.map(|step| best.0 + JITTER * step).find(is_new);
@@ -98,17 +100,25 @@ pub(crate) fn tries(count: u32) -> usize {
     ((MOST_PANELS / count.max(1)) as usize).clamp(2, TRIES)
 }
 
-/// Tiles a surface by about so many panels, from a length that was found for even ones.
+/// A first guess at the edge length for a number of panels.
+pub(crate) struct Guess {
+    pub edge_length: f64,
+    /// As [`SurfaceTiling::narrow`], of the longer lengths that were tried.
+    pub narrow: Vec<u32>,
+}
+
+/// Tiles a surface by about so many panels, from a guess for even ones.
 pub(crate) fn tile_to_count(
     count: u32,
     surface: &TriangleMesh,
-    edge_length: f64,
+    guess: Guess,
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<SurfaceTiling, SurfaceError> {
     let [mut of_patches, mut of_even] = [Search::new(count), Search::new(count)];
     let wants_patches = options.partition == Partition::Paper;
     let mut best: Option<(f64, SurfaceTiling)> = None;
+    let Guess { edge_length, mut narrow } = guess;
     let (mut asked, mut length, mut done) = (options.clone(), edge_length, 0.0);
     let tries = tries(count);
     for tried in 1..=tries {
@@ -124,6 +134,9 @@ pub(crate) fn tile_to_count(
             }
         } else {
             of_patches.note(length, made.edge_length, panels);
+        }
+        if !made.narrow.is_empty() {
+            narrow.clone_from(&made.narrow);
         }
         let missed = made.excess();
         let wrong = of_even.off(panels).abs()
@@ -153,7 +166,11 @@ pub(crate) fn tile_to_count(
         let Some(next) = first.or_else(|| of_even.next(goes_on)) else { break };
         length = next;
     }
-    best.map(|(_, made)| made).ok_or(SurfaceError::Empty)
+    let (_, mut made) = best.ok_or(SurfaceError::Empty)?;
+    if of_even.off(made.mesh.face_count()) > NEAR_COUNT {
+        made.narrow = narrow;
+    }
+    Ok(made)
 }
 
 /// The edge length of so many panels, were they regular.
@@ -162,20 +179,20 @@ pub(crate) fn edge_length_by_area(count: u32, surface: &TriangleMesh) -> f64 {
     (area / (MEAN_PANEL_AREA * f64::from(count))).sqrt()
 }
 
-/// The edge length that makes about so many even panels, from a first guess. How many there are is seen without shaping them to the end,
+/// The edge length that makes about so many even panels, from the first one to try. How many there are is seen without shaping them to the end,
 /// which takes most of the time.
 pub(crate) fn edge_length_of(
     count: u32,
-    guess: f64,
+    first: f64,
     surface: &TriangleMesh,
     options: &SurfaceOptions,
     monitor: &Monitor,
-) -> Result<f64, SurfaceError> {
+) -> Result<Guess, SurfaceError> {
     let shape = ShapeOptions { rounds: FEW_ROUNDS, flattening_rounds: 0, ..options.shape };
     // A partition into patches would take long, and makes about as many.
     let quick = SurfaceOptions { fill: Fill::Regular, shape, partition: Partition::Expansion, ..options.clone() };
     let mut search = Search::new(count);
-    let (mut length, mut best) = (guess, (f64::INFINITY, guess));
+    let (mut length, mut best, mut narrow) = (first, (f64::INFINITY, first), Vec::new());
     for step in 0..ROUGH_TRIES {
         let [low, high] = [step, step + 1].map(|step| step as f64 / ROUGH_TRIES as f64);
         let made = monitor.within(low, high, || tile_surface(surface, length, &quick, monitor))?;
@@ -185,10 +202,13 @@ pub(crate) fn edge_length_of(
         if off < best.0 {
             best = (off, made.edge_length);
         }
+        if !made.narrow.is_empty() {
+            narrow = made.narrow;
+        }
         let Some(next) = search.next(false) else { break };
         length = next;
     }
-    Ok(best.1)
+    Ok(Guess { edge_length: best.1, narrow })
 }
 
 #[cfg(test)]
@@ -234,10 +254,17 @@ mod tests {
     fn panels_longer_than_there_is_room_for_are_not_asked_for_again() {
         let mut search = Search::new(100);
         search.note(1.0, 0.5, 400);
-        assert_eq!(search.next(false).map(|length| length > 0.51 && length < 1.0), Some(true), "what was not tried between");
-        search.note(0.9, 0.5, 400);
-        search.note(0.52, 0.5, 400);
+        // What was not tried between, and then less than that.
+        let between = search.next(false).unwrap();
+        assert!(between > 0.6 && between < 0.8, "{between}");
+        search.note(between, 0.5, 400);
+        assert!(search.next(false).unwrap() < between);
+        for length in [0.6, 0.52, 0.504] {
+            search.note(length, 0.5, 400);
+        }
         assert_eq!(search.next(false), None);
+        // For another fault of the result shorter ones may help.
+        assert!(search.next(true).unwrap() < 0.5);
     }
 
     #[test]

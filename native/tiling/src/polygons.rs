@@ -2,14 +2,15 @@
 //! size become triangles, and the surface is tiled about the origin at about unit size, so that no place and no scale of the
 //! scene matters.
 
-use crate::panel_count::{edge_length_by_area, edge_length_of, tile_to_count};
+use crate::panel_count::{Guess, edge_length_by_area, edge_length_of, tile_to_count};
 use crate::surface::{
     PolyhedronOptions, PolyhedronTiling, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, tile_faces, tile_surface,
 };
 use crate::surface::{STEP, without_crumbs};
 use ::surface::inspect::{Fault, inspect, inspect_vertices};
-use ::surface::triangulate::triangulate;
+use ::surface::triangulate::{Triangulated, triangulate};
 use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 /// Most edges along all sides of a polyhedron together.
@@ -53,6 +54,8 @@ pub struct PolygonTiling {
     pub tiling: SurfaceTiling,
     /// Vertices of the input where sheets touch: the panels of each sheet end there in a vertex of their own.
     pub taken_apart: Vec<u32>,
+    /// Faces of the input at which larger panels turned over, where smaller ones or more than asked for were made.
+    pub narrow: Vec<u32>,
     /// How many vertices off the border have an angle defect that is not zero.
     pub irregular_interior_vertices: usize,
     place: Place,
@@ -63,7 +66,7 @@ impl PolygonTiling {
         let tiling = place.restored(made);
         let topology = Topology::of(&tiling.mesh);
         let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
-        Self { tiling, taken_apart, irregular_interior_vertices: irregular, place }
+        Self { tiling, taken_apart, narrow: Vec::new(), irregular_interior_vertices: irregular, place }
     }
 
     /// The same mesh with zigzags on sides of its patch graph, as [`SurfaceTiling::zigzag`].
@@ -71,7 +74,8 @@ impl PolygonTiling {
     /// # Errors
     /// [`SurfaceError::Edit`]; cancelled.
     pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
-        Ok(Self::new(self.tiling.zigzag(zigzags, monitor)?, self.taken_apart.clone(), self.place))
+        let made = Self::new(self.tiling.zigzag(zigzags, monitor)?, self.taken_apart.clone(), self.place);
+        Ok(Self { narrow: self.narrow.clone(), ..made })
     }
 }
 
@@ -86,22 +90,25 @@ pub fn tile_polygons(
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<PolygonTiling, PolygonsError> {
-    let Prepared { surface, options, place, taken_apart, edge_length, start } = prepare(mesh, size, options, monitor)?;
+    let Prepared { surface, face_of, options, place, taken_apart, guess, start } = prepare(mesh, size, options, monitor)?;
     let made = monitor.within(start, 1.0, || match size {
-        PanelSize::EdgeLength(_) => tile_surface(&surface, edge_length, &options, monitor),
-        PanelSize::Count(count) => tile_to_count(count, &surface, edge_length, &options, monitor),
+        PanelSize::EdgeLength(_) => tile_surface(&surface, guess.edge_length, &options, monitor),
+        PanelSize::Count(count) => tile_to_count(count, &surface, guess, &options, monitor),
     });
     let made = made.map_err(|error| place.in_scene_units(error))?;
-    Ok(PolygonTiling::new(made, taken_apart, place))
+    let narrow: BTreeSet<u32> = made.narrow.iter().map(|&triangle| face_of[triangle as usize]).collect();
+    Ok(PolygonTiling { narrow: narrow.into_iter().collect(), ..PolygonTiling::new(made, taken_apart, place) })
 }
 
 /// A polygon mesh as a surface of triangles at about unit size, what is followed there, and the edge length that a count needs.
 pub(crate) struct Prepared {
     pub surface: TriangleMesh,
+    /// The face of each triangle.
+    pub face_of: Vec<u32>,
     pub options: SurfaceOptions,
     pub place: Place,
     pub taken_apart: Vec<u32>,
-    pub edge_length: f64,
+    pub guess: Guess,
     /// Part of the progress that is over.
     pub start: f64,
 }
@@ -118,7 +125,7 @@ pub(crate) fn prepare(
     let place = Place::of(mesh);
     let unit: Vec<DVec3> = mesh.positions.iter().map(|&p| (p - place.origin) / place.scale).collect();
     let unit = mesh.with_positions(unit);
-    let surface = triangulate(&unit).mesh;
+    let Triangulated { mesh: surface, face: face_of, .. } = triangulate(&unit);
     let mut options = options.clone();
     let rough_length = match size {
         PanelSize::EdgeLength(length) => length / place.scale,
@@ -126,15 +133,15 @@ pub(crate) fn prepare(
     };
     options.marked_edges.extend(sharp_edges(&unit, options.feature_angle, rough_length));
     options.feature_angle = PI;
-    let (edge_length, start) = match size {
-        PanelSize::EdgeLength(length) => (length / place.scale, 0.0),
+    let (guess, start) = match size {
+        PanelSize::EdgeLength(_) => (Guess { edge_length: rough_length, narrow: Vec::new() }, 0.0),
         PanelSize::Count(0) => return Err(PolygonsError::NoPanels),
         PanelSize::Count(count) => {
             let find = || edge_length_of(count, rough_length, &surface, &options, monitor);
             (monitor.within(0.0, COUNT_PART, find)?, COUNT_PART)
         }
     };
-    Ok(Prepared { surface, options, place, taken_apart, edge_length, start })
+    Ok(Prepared { surface, face_of, options, place, taken_apart, guess, start })
 }
 
 /// Tiles the faces of a polyhedron, each a patch, by triangles and squares with edges of about `edge_length`, scene units;

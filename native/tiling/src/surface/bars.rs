@@ -239,3 +239,54 @@ pub(super) fn shape_to_bars(
     }
     Ok(best)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of four unit squares, bent up by `bend` at one corner of the last.
+    fn row(bend: f64) -> (Vec<DVec3>, Vec<Vec<u32>>, Vec<[u32; 2]>) {
+        let mut positions: Vec<DVec3> =
+            (0..10).map(|k| DVec3::new(f64::from(k / 2), f64::from(k % 2), 0.0)).collect();
+        positions[9].z = bend;
+        let tiles: Vec<Vec<u32>> = (0..4).map(|k| [0, 2, 3, 1].map(|corner| 2 * k + corner).to_vec()).collect();
+        let mut edges: Vec<[u32; 2]> = (0..5).map(|k| [2 * k, 2 * k + 1]).collect();
+        edges.extend((0..8).map(|k| [k, k + 2]));
+        (positions, tiles, edges)
+    }
+
+    #[test]
+    fn a_vertex_off_its_line_is_named_and_one_nearly_on_it_is_not() {
+        let (positions, tiles, edges) = row(0.0);
+        let mut off_line = vec![0.0; 10];
+        (off_line[3], off_line[5], off_line[8]) = (0.049, 0.06, 0.2);
+        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], off_line);
+        let wanted = MissedBar { bar: Bar::Lines, measured: 0.2, allowed: MOST_OFF_LINE, elements: vec![8, 5] };
+        assert_eq!(quality.missed(), [wanted]);
+        assert!((quality.excess() - 3.0).abs() < 1e-12);
+        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], vec![0.05; 10]);
+        assert_eq!((quality.missed(), quality.excess()), (vec![], 0.0), "on the bar is not above it");
+    }
+
+    #[test]
+    fn panels_are_named_by_what_they_miss_themselves() {
+        let (mut positions, tiles, edges) = row(0.5);
+        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0, 0.0, 0.2, 0.1], vec![0.0; 10]);
+        // The diagonals of the last square pass one another at 0.5 / sqrt 6 and are sqrt 2 and 1.5 long.
+        let bent = 0.5 / (4.0 + 2.0 * 0.25 + 0.0_f64).sqrt() / f64::midpoint(2f64.sqrt(), 1.5);
+        let missed = quality.missed();
+        assert_eq!(missed.iter().map(|missed| missed.bar).collect::<Vec<_>>(), [Bar::Planarity, Bar::Closeness]);
+        assert_eq!((missed[0].elements.as_slice(), missed[1].elements.as_slice()), (&[3][..], &[2][..]));
+        assert!((missed[0].measured - bent / 4.0).abs() < 0.01, "{} for {}", missed[0].measured, bent / 4.0);
+        // One edge three times as long: each edge counts once, whichever faces it has.
+        positions[9] = DVec3::new(4.0, 1.0, 0.0);
+        positions[8].y = -2.0;
+        let lengths = edges.iter().map(|&[a, b]| positions[a as usize].distance(positions[b as usize]));
+        let lengths: Vec<f64> = lengths.collect();
+        let mean = lengths.iter().sum::<f64>() / 13.0;
+        let spread = (lengths.iter().map(|l| (l / mean - 1.0).powi(2)).sum::<f64>() / 13.0).sqrt();
+        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], vec![0.0; 10]);
+        assert!((quality.spread - spread).abs() < 1e-12);
+        assert_eq!(quality.missed()[0].elements[0], 3);
+    }
+}

@@ -75,14 +75,16 @@ use crate::{Kind, TilingError};
 use bars::{MOST_BENT, MOST_SPREAD, Quality};
 use input::Input;
 use layout::{Draft, TOLERANCES};
-use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, Topology, TriangleMesh};
+use mesh::{Cancelled, DVec3, MeshError, Monitor, NONE, PolygonMesh, Topology, TriangleMesh};
 use num_bigint::BigUint;
 use paper::{Kept, Paper};
 use pattern::Pattern;
 use shape::Shaped;
 use solve::SolveError;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use surface::closest::ClosestPoint;
 use surface::remesh::RemeshError;
 use surface::resample::ResampleError;
 
@@ -295,6 +297,9 @@ pub struct SurfaceTiling {
     pub turned: Vec<u32>,
     /// The edge length used: smaller than the one asked for where panels of that size turned over.
     pub edge_length: f64,
+    /// Triangles of the surface at which panels a little larger than these turned over, where smaller ones than asked for were made: it is
+    /// too narrow or too curved there for them.
+    pub narrow: Vec<u32>,
     /// Vertices whose combinatorial angle defect is not zero, and the defect in units of 30 degrees; over all vertices it
     /// sums to 12 times the Euler characteristic.
     pub defects: Vec<(u32, i32)>,
@@ -405,9 +410,11 @@ pub fn tile_surface(
         }
     }
     // The largest panels among those with the fewest turned over.
-    let Some(best) = attempts.into_iter().min_by_key(|attempt| attempt.shaped.turned.len()) else {
+    let Some(place) = (0..attempts.len()).min_by_key(|&place| attempts[place].shaped.turned.len()) else {
         return Err(SurfaceError::Empty);
     };
+    let narrow = if place == 0 { Vec::new() } else { attempts[place - 1].below_turned(surface) };
+    let best = attempts.swap_remove(place);
     let kinds = best.pattern.kinds();
     let mesh = PolygonMesh::from_polygons(best.pattern.positions, &best.pattern.tiles)?;
     let (defects, interior_vertices) = panels::defects(&mesh);
@@ -426,6 +433,7 @@ pub fn tile_surface(
         mesh,
         panels,
         turned: best.shaped.turned,
+        narrow,
         quality: best.shaped.quality,
         defects: defects.into_iter().collect(),
         interior_vertices,
@@ -508,5 +516,16 @@ impl Attempt {
         let shaped = bars::shape_to_bars(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
         lap(3);
         Ok(Self { edge_length, pattern, shaped, refilled })
+    }
+
+    /// Triangles of the surface nearest to the middles of panels that are turned over, in order.
+    fn below_turned(&self, surface: &TriangleMesh) -> Vec<u32> {
+        let closest = ClosestPoint::new(surface);
+        let tiles = self.shaped.turned.iter().map(|&t| &self.pattern.tiles[t as usize]);
+        let below = tiles.map(|tile| {
+            let sum: DVec3 = tile.iter().map(|&v| self.pattern.positions[v as usize]).sum();
+            closest.project(sum / tile.len() as f64).triangle
+        });
+        below.filter(|&triangle| triangle != NONE).collect::<BTreeSet<_>>().into_iter().collect()
     }
 }

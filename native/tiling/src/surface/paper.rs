@@ -134,6 +134,7 @@ impl Paper {
             panels: Panel::all(&mesh, &self.kinds),
             mesh,
             turned: self.shaped.turned,
+            narrow: Vec::new(),
             quality: self.shaped.quality,
             defects: defects.into_iter().collect(),
             interior_vertices,

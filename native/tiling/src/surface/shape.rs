@@ -44,6 +44,9 @@ const HALVINGS: usize = 4;
 /// Cosine of the angle between the surface at a vertex of a tile and what is under all of them, below which a look at its middle is due.
 const STEEP: f64 = 0.8;
 
+/// Cosine of the angle between a triangle of the surface and what is around it, below which it is a sliver that may face anywhere.
+const SLIVER: f64 = 0.5;
+
 /// Distance of a vertex from its curve, in edges, above which the tiles beside it are shaped again to make room for it, and the rounds
 /// that this takes.
 const OFF_CURVE: f64 = 0.01;
@@ -257,13 +260,13 @@ impl Shaper<'_> {
         points.map(|p| self.closest.project_near(p, self.triangle[tile[0] as usize]).distance).fold(0.0, f64::max)
     }
 
-    /// Distance of each vertex from its curve; 0 of those on none.
-    fn off_curves(&mut self, positions: &[DVec3]) -> Vec<f64> {
-        let far = |v: usize| match self.pattern.places[v] {
-            Place::Free => 0.0,
-            _ => self.nearest(v, positions[v]).distance(positions[v]),
+    /// Distance of each vertex from its curve, wherever on it; 0 of those on none.
+    fn off_curves(&self, positions: &[DVec3]) -> Vec<f64> {
+        let far = |(&place, &p): (&Place, &DVec3)| match place {
+            Place::Free | Place::Fixed => 0.0,
+            Place::OnCurve(curve) => self.curves[curve as usize].project(p).0.distance(p),
         };
-        (0..positions.len()).map(far).collect()
+        self.pattern.places.iter().zip(positions).map(far).collect()
     }
 
     /// The nearest allowed place of a vertex.
@@ -467,14 +470,18 @@ impl Shaper<'_> {
             .collect()
     }
 
-    /// Whether a corner of a tile faces away from the surface below the tile's middle: from the triangle there, which may be a sliver that
-    /// faces anywhere, and from what is around it.
+    /// Whether a corner of a tile faces away from the surface below the tile's middle: from the triangle there or, where that faces another way
+    /// than its neighbours, a sliver, from all of these.
     fn is_over(&self, tile: &[u32], positions: &[DVec3]) -> bool {
         let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
         let below = self.closest.project_near(middle, self.triangle[tile[0] as usize]).triangle;
-        let around = || self.surface.triangles[below as usize].iter().map(|&v| self.normals[v as usize]).sum::<DVec3>();
-        let from = |up: DVec3| is_turned(tile, positions, up);
-        below == NONE || from(self.surface.area_normal(below as usize)) && from(around())
+        if below == NONE {
+            return true;
+        }
+        let up = self.surface.area_normal(below as usize).normalize_or_zero();
+        let around: DVec3 = self.surface.triangles[below as usize].iter().map(|&v| self.normals[v as usize]).sum();
+        let around = around.normalize_or_zero();
+        is_turned(tile, positions, if up.dot(around) < SLIVER { around } else { up })
     }
 
     /// The normal of the surface under a tile; its own where no vertex is known to be near the surface.
