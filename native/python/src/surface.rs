@@ -170,8 +170,8 @@ impl SurfaceResult {
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
 /// `report["warnings"]` says in sentences what came out other than asked, or is hard to build; `report["missed_bars"]` has a dict for each
-/// bar that is missed: "bar" (spread; planarity, as of the schedule; closeness, of the corners and the middle of each panel to the surface;
-/// or lines), "measured", "allowed", and "elements", the indices of faces or vertices ("kind") that miss it by themselves, the worst
+/// bar that is missed: "bar" (spread; planarity, as of the schedule; closeness, of the corners and the middle of each panel to the surface and
+/// of its vertices to the panels; or lines), "measured", "allowed", and "elements", the indices of faces or vertices ("kind") that miss it by themselves, the worst
 /// first. `report["taken_apart"]` has the vertices of the input where it touches itself: the panels are apart there, for a mesh that can
 /// be built is a manifold. `report["narrow_faces"]` has the faces of the input where larger panels turned over, when smaller or
 /// more of them were made than asked for.

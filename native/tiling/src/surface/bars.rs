@@ -47,7 +47,8 @@ pub enum Bar {
     Spread,
     /// Mean planarity of the quads, at most 0.02.
     Planarity,
-    /// Distance of each panel's corners and middle from the surface, at most 0.03 of the mesh's diagonal.
+    /// Distance of each panel's corners and middle from the surface, and of its vertices from the panels, at most 0.03 of the mesh's
+    /// diagonal.
     Closeness,
     /// Distance of each vertex of a border or followed line from it, at most 0.05 of the mean edge.
     Lines,

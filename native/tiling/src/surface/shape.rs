@@ -23,9 +23,9 @@ use super::curve::Curve;
 use super::pattern::{Pattern, Place};
 use super::regular::{mean_edge, nearest_regular};
 use super::room::rooms;
-use mesh::{DVec3, Monitor, NONE, TriangleMesh};
+use mesh::{DVec3, Monitor, NONE, PolygonMesh, TriangleMesh};
 use solve::cholesky::Factor;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use surface::closest::ClosestPoint;
 
 /// Weight of a place on a curve against that of a tile, 1.
@@ -218,7 +218,7 @@ pub(super) fn shape(
         }
     }
     let turned = shaper.turned(&positions);
-    let off_surface = pattern.tiles.iter().map(|tile| shaper.off_surface(tile, &positions)).collect();
+    let off_surface = shaper.off_surface(&positions, monitor)?;
     let off_line = shaper.off_curves(&positions);
     let quality = Quality::of(&positions, &pattern.tiles, &shaper.edges, off_surface, off_line);
     pattern.positions = positions;
@@ -253,11 +253,32 @@ impl Shaper<'_> {
         self.guarded(positions, &wish);
     }
 
-    /// Greatest distance of a tile's corners and its middle from the surface.
-    fn off_surface(&self, tile: &[u32], positions: &[DVec3]) -> f64 {
-        let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
-        let points = tile.iter().map(|&v| positions[v as usize]).chain([middle]);
-        points.map(|p| self.closest.project_near(p, self.triangle[tile[0] as usize]).distance).fold(0.0, f64::max)
+    /// Of each tile the greatest distance to the surface, of its corners and its middle, and from the surface, of those of its vertices that
+    /// are nearest to the tile.
+    fn off_surface(&self, positions: &[DVec3], monitor: &Monitor) -> Result<Vec<f64>, SurfaceError> {
+        let own = |tile: &Vec<u32>| {
+            let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
+            let points = tile.iter().map(|&v| positions[v as usize]).chain([middle]);
+            points.map(|p| self.closest.project_near(p, self.triangle[tile[0] as usize]).distance).fold(0.0, f64::max)
+        };
+        let mut off: Vec<f64> = self.pattern.tiles.iter().map(own).collect();
+        let (mesh, tile_of) =
+            TriangleMesh::from_polygons(&PolygonMesh::from_polygons(positions.to_vec(), &self.pattern.tiles)?);
+        let tiles = ClosestPoint::new(&mesh);
+        let used: BTreeSet<u32> = self.surface.triangles.iter().flatten().copied().collect();
+        let mut near = NONE;
+        for (k, v) in used.into_iter().enumerate() {
+            if k % 1024 == 0 {
+                monitor.check()?;
+            }
+            let found = tiles.project_near(self.surface.positions[v as usize], near);
+            near = found.triangle;
+            if near != NONE {
+                let off = &mut off[tile_of[near as usize] as usize];
+                *off = off.max(found.distance);
+            }
+        }
+        Ok(off)
     }
 
     /// Distance of each vertex from its curve, wherever on it; 0 of those on none.
