@@ -438,8 +438,11 @@ fn missed_sentence(missed: &MissedBar) -> String {
             "smaller panels, or a larger corner angle where the line is jagged, make room",
         ),
     };
-    let worst =
-        if missed.elements.is_empty() { String::new() } else { format!("; worst at {kind} {}", named(&missed.elements)) };
+    let worst = if missed.elements.is_empty() {
+        String::new()
+    } else {
+        format!("; worst at {kind} {}", named(&missed.elements))
+    };
     format!("{what}{worst}: {remedy}")
 }
 
@@ -467,7 +470,9 @@ fn warnings(asked: PanelSize, partition: Partition, made: &PolygonTiling) -> Vec
     let off = |count: u32| (f64::from(panels) / f64::from(count)).ln();
     let no_room = || {
         let faces = named(narrow);
-        format!("larger ones turn over at faces {faces} of the surface, which is too narrow or too curved there: widen it, or ask for smaller panels")
+        format!(
+            "larger ones turn over at faces {faces} of the surface, which is too narrow or too curved there: widen it, or ask for smaller panels"
+        )
     };
     match asked {
         PanelSize::EdgeLength(length) if made.edge_length < length * (1.0 - 1e-9) => warnings.push(format!(

@@ -37,15 +37,13 @@ pub(crate) struct Search {
     wanted: f64,
     /// Lengths, and by how much their number was off.
     tried: Vec<(f64, f64)>,
-    /// Lengths that made nothing.
+    /// Lengths that made nothing, or for which there was no room.
     failed: Vec<f64>,
-    /// Longer panels have no room.
-    longest: f64,
 }
 
 impl Search {
     pub fn new(count: u32) -> Self {
-        Self { wanted: f64::from(count).ln(), tried: Vec::new(), failed: Vec::new(), longest: f64::INFINITY }
+        Self { wanted: f64::from(count).ln(), tried: Vec::new(), failed: Vec::new() }
     }
 
     /// By how much, as a logarithm, a number of panels is off.
@@ -56,7 +54,7 @@ impl Search {
     /// So many panels of the length `made` came of asking for `length`: less where that has no room.
     pub fn note(&mut self, length: f64, made: f64, panels: usize) {
         if made < length {
-            self.longest = self.longest.min(made.ln());
+            self.fail(length);
         }
         self.tried.push((made.ln(), self.off(panels)));
     }
@@ -72,7 +70,7 @@ impl Search {
         let best = *self.tried.iter().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
         let is_new = |wish: &f64| {
             let mut all = self.tried.iter().map(|tried| tried.0).chain(self.failed.iter().copied());
-            *wish < self.longest - SAME && all.all(|length| (length - wish).abs() > SAME)
+            all.all(|length| (length - wish).abs() > SAME)
         };
         let mut wish = None;
         if best.1.abs() >= NEAR_COUNT {
@@ -81,13 +79,11 @@ impl Search {
                 Some(other) => (other.0 - best.0) * (best.1 / (best.1 - other.1)).clamp(0.25, 0.75),
                 None => best.1 / 2.0,
             };
-            // Half-way to the nearest length on that side of which nothing came.
+            // Half-way to the nearest length on that side that failed.
             let between = |failed: &f64| (failed - best.0) * far > 0.0 && (failed - best.0).abs() <= far.abs() + SAME;
             let failed = self.failed.iter().copied().filter(between);
             let failed = failed.min_by(|a, b| (a - best.0).abs().total_cmp(&(b - best.0).abs()));
-            let to = failed.map_or(best.0 + far, |failed| best.0.midpoint(failed));
-            // Between what had room and what had none.
-            wish = Some(if to < self.longest - SAME { to } else { best.0.midpoint(self.longest) }).filter(is_new);
+            wish = Some(failed.map_or(best.0 + far, |failed| best.0.midpoint(failed))).filter(is_new);
         }
         let steps = (1..=JITTERS).flat_map(|k| [f64::from(k), -f64::from(k)]);
         let beside = || steps.map(|step| best.0 + JITTER * step).find(is_new);
@@ -153,7 +149,9 @@ pub(crate) fn tile_to_count(
         // The last tries are for even panels, where those of patches are worse than what patches are worth.
         let goes_on = least >= A_MISS;
         if asked.partition == Partition::Paper {
-            if let Some(next) = of_patches.next(goes_on).filter(|_| least <= PATCHES_WORTH || tried + EVEN_TRIES < tries) {
+            if let Some(next) =
+                of_patches.next(goes_on).filter(|_| least <= PATCHES_WORTH || tried + EVEN_TRIES < tries)
+            {
                 length = next;
                 continue;
             }
@@ -251,20 +249,18 @@ mod tests {
     }
 
     #[test]
-    fn panels_longer_than_there_is_room_for_are_not_asked_for_again() {
+    fn between_what_had_room_and_what_had_none_lengths_are_halved() {
         let mut search = Search::new(100);
-        search.note(1.0, 0.5, 400);
-        // What was not tried between, and then less than that.
-        let between = search.next(false).unwrap();
-        assert!(between > 0.6 && between < 0.8, "{between}");
-        search.note(between, 0.5, 400);
-        assert!(search.next(false).unwrap() < between);
-        for length in [0.6, 0.52, 0.504] {
-            search.note(length, 0.5, 400);
+        let mut room = vec![];
+        for asked in [1.0, 0.0, 0.0, 0.0] {
+            let asked = if asked > 0.0 { asked } else { search.next(false).unwrap() };
+            room.push(asked);
+            // Panels longer than 0.6 turn over, and ones of 0.5 are made.
+            let made = if asked > 0.6 { 0.5 } else { asked };
+            search.note(asked, made, (100.0 / (made * made)) as usize);
         }
-        assert_eq!(search.next(false), None);
-        // For another fault of the result shorter ones may help.
-        assert!(search.next(true).unwrap() < 0.5);
+        assert!(room.windows(2).all(|pair| pair[1] < pair[0] && pair[1] > 0.5), "{room:?}");
+        assert!(room[3] < 0.6, "{room:?}");
     }
 
     #[test]

@@ -90,7 +90,8 @@ pub fn tile_polygons(
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<PolygonTiling, PolygonsError> {
-    let Prepared { surface, face_of, options, place, taken_apart, guess, start } = prepare(mesh, size, options, monitor)?;
+    let Prepared { surface, face_of, options, place, taken_apart, guess, start } =
+        prepare(mesh, size, options, monitor)?;
     let made = monitor.within(start, 1.0, || match size {
         PanelSize::EdgeLength(_) => tile_surface(&surface, guess.edge_length, &options, monitor),
         PanelSize::Count(count) => tile_to_count(count, &surface, guess, &options, monitor),

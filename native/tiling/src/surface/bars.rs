@@ -158,7 +158,9 @@ fn loosened(pattern: &Pattern, turned: &[u32]) -> BTreeMap<u32, u32> {
     // The edges at each, with whether they are on the border.
     let mut edges: BTreeMap<[u32; 2], bool> = BTreeMap::new();
     for (&[a, b], &uses) in &pattern.edge_uses() {
-        edges.extend([[a, b], [b, a]].into_iter().filter(|edge| wanted.contains(&edge[0])).map(|edge| (edge, uses == 1)));
+        edges.extend(
+            [[a, b], [b, a]].into_iter().filter(|edge| wanted.contains(&edge[0])).map(|edge| (edge, uses == 1)),
+        );
     }
     let curves = |v: u32, is_border: bool| -> BTreeSet<u32> {
         let beside = edges.range([v, 0]..=[v, u32::MAX]).filter(|(_, on_border)| **on_border == is_border);
@@ -247,8 +249,7 @@ mod tests {
 
     /// A row of four unit squares, bent up by `bend` at one corner of the last.
     fn row(bend: f64) -> (Vec<DVec3>, Vec<Vec<u32>>, Vec<[u32; 2]>) {
-        let mut positions: Vec<DVec3> =
-            (0..10).map(|k| DVec3::new(f64::from(k / 2), f64::from(k % 2), 0.0)).collect();
+        let mut positions: Vec<DVec3> = (0..10).map(|k| DVec3::new(f64::from(k / 2), f64::from(k % 2), 0.0)).collect();
         positions[9].z = bend;
         let tiles: Vec<Vec<u32>> = (0..4).map(|k| [0, 2, 3, 1].map(|corner| 2 * k + corner).to_vec()).collect();
         let mut edges: Vec<[u32; 2]> = (0..5).map(|k| [2 * k, 2 * k + 1]).collect();

@@ -187,7 +187,8 @@ mod tests {
         assert!(straight.equal(4).iter().zip([0.25, 0.5, 0.75]).all(|(t, wanted)| (t - wanted).abs() < 1e-12));
         // Ten units straight on, then a hundred small steps that lead as far at 45 degrees.
         let step = 0.1 / 2f64.sqrt();
-        let stairs = (0..=200).map(|k| DVec3::new(10.0 + step * f64::from(k / 2 + k % 2), step * f64::from(k / 2), 0.0));
+        let stairs =
+            (0..=200).map(|k| DVec3::new(10.0 + step * f64::from(k / 2 + k % 2), step * f64::from(k / 2), 0.0));
         let curve = Curve::new(std::iter::once(DVec3::ZERO).chain(stairs));
         let strides = curve.strides(1.0);
         assert!((strides.length() - 20.0).abs() < 0.2, "{}", strides.length());
