@@ -1,5 +1,5 @@
-"""Pictures of tiled surfaces: generated ones and all that ship, each as it is and by kind, random, in patches with the patch graph, by
-type, planarity and area; and a sheet of all surfaces for each of these.
+"""Pictures of tiled surfaces: generated ones and all that ship, each as it is and by kind, random, in patches with the patch
+graph, by type, planarity and area; and a sheet of all surfaces for each of these.
 
 Runs inside the bpy module, as demo.py does; tests/pictures calls it. Each surface is tiled by `bpy.ops.quadloom.tile_surface`
 from a scene of its own object, and its panels are exported beside the pictures.
