@@ -491,8 +491,8 @@ impl Shaper<'_> {
             .collect()
     }
 
-    /// Whether a corner of a tile faces away from the surface below the tile's middle: from the triangle there or, where that faces another way
-    /// than its neighbours, a sliver, from all of these.
+    /// Whether a corner of a tile faces away from the surface below the tile's middle: from the triangle there and, where that faces another
+    /// way than its neighbours, as a sliver does, from all of these too.
     fn is_over(&self, tile: &[u32], positions: &[DVec3]) -> bool {
         let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
         let below = self.closest.project_near(middle, self.triangle[tile[0] as usize]).triangle;
@@ -502,7 +502,7 @@ impl Shaper<'_> {
         let up = self.surface.area_normal(below as usize).normalize_or_zero();
         let around: DVec3 = self.surface.triangles[below as usize].iter().map(|&v| self.normals[v as usize]).sum();
         let around = around.normalize_or_zero();
-        is_turned(tile, positions, if up.dot(around) < SLIVER { around } else { up })
+        is_turned(tile, positions, up) && (up.dot(around) >= SLIVER || is_turned(tile, positions, around))
     }
 
     /// The normal of the surface under a tile; its own where no vertex is known to be near the surface.
