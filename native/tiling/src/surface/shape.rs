@@ -44,9 +44,6 @@ const HALVINGS: usize = 4;
 /// Cosine of the angle between the surface at a vertex of a tile and what is under all of them, below which a look at its middle is due.
 const STEEP: f64 = 0.8;
 
-/// Cosine of the angle between a triangle of the surface and what is around it, below which it is a sliver that may face anywhere.
-const SLIVER: f64 = 0.5;
-
 /// Distance of a vertex from its curve, in edges, above which the tiles beside it are shaped again to make room for it, and the rounds
 /// that this takes.
 const OFF_CURVE: f64 = 0.01;
@@ -491,18 +488,17 @@ impl Shaper<'_> {
             .collect()
     }
 
-    /// Whether a corner of a tile faces away from the surface below the tile's middle: from the triangle there and, where that faces another
-    /// way than its neighbours, as a sliver does, from all of these too.
+    /// Whether a corner of a tile faces away from the surface below the tile's middle: from the triangle there, which may be a sliver that
+    /// faces anywhere, and from what is around it.
     fn is_over(&self, tile: &[u32], positions: &[DVec3]) -> bool {
         let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
         let below = self.closest.project_near(middle, self.triangle[tile[0] as usize]).triangle;
         if below == NONE {
             return true;
         }
-        let up = self.surface.area_normal(below as usize).normalize_or_zero();
+        let up = self.surface.area_normal(below as usize);
         let around: DVec3 = self.surface.triangles[below as usize].iter().map(|&v| self.normals[v as usize]).sum();
-        let around = around.normalize_or_zero();
-        is_turned(tile, positions, up) && (up.dot(around) >= SLIVER || is_turned(tile, positions, around))
+        is_turned(tile, positions, up) && is_turned(tile, positions, around)
     }
 
     /// The normal of the surface under a tile; its own where no vertex is known to be near the surface.
