@@ -93,10 +93,9 @@ use surface::resample::ResampleError;
 pub(crate) const STEP: f64 = 2.732_050_807_568_877;
 const CURVE_STEP: f64 = 2.85;
 
-/// Where the surface has too little room for panels, as on a tube of two panels around, they are turned over: smaller ones are tried, each
-/// time by this factor, so often.
-const SMALLER: f64 = 0.95;
-const SMALLER_TRIES: i32 = 40;
+/// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
+/// the panels, as on a tube of two panels around, smaller ones fit. Where sixteen times as many are turned over still, room is not what lacks.
+const SMALLER: [f64; 14] = [1.0, 0.97, 0.93, 0.89, 0.85, 0.8, 0.75, 0.68, 0.6, 0.52, 0.45, 0.39, 0.33, 0.25];
 
 /// A patch graph whose mesh has no more flaws than this is taken without looking at others ([`SurfaceTiling::flaws`]).
 const FEW_FLAWS: f64 = 0.15;
@@ -401,8 +400,8 @@ pub fn tile_surface(
         return Ok(SurfaceTiling { stages, ..tiling });
     }
     let mut attempts = Vec::new();
-    for smaller in 0..=SMALLER_TRIES {
-        let attempt = Attempt::new(&input, SMALLER.powi(smaller) * edge_length, options, &mut lap, monitor)?;
+    for smaller in SMALLER {
+        let attempt = Attempt::new(&input, smaller * edge_length, options, &mut lap, monitor)?;
         let is_sound = attempt.shaped.turned.is_empty();
         attempts.push(attempt);
         if is_sound {
