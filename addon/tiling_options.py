@@ -155,7 +155,7 @@ class ColorOptions:
         items=[
             ("kind", "Kind", "Triangles and squares"),
             ("type", "Panel Type", "One material a type; rare types share one"),
-            ("planarity", "Planarity", "How far corners are off the plane of their panel, over the mean diagonal"),
+            ("planarity", "Planarity", "How far the diagonals of a panel pass one another, over their mean length"),
             ("area", "Area", "From the smallest to the largest panel"),
         ],
         default="kind",

@@ -1,5 +1,5 @@
-"""Pictures of tiled surfaces: generated ones and all that ship, each by kind, random, in patches with the patch graph, by type,
-planarity and area; and a sheet of all surfaces for each of these.
+"""Pictures of tiled surfaces: generated ones and all that ship, each as it is and by kind, random, in patches with the patch
+graph, by type, planarity and area; and a sheet of all surfaces for each of these.
 
 Runs inside the bpy module, as demo.py does; tests/pictures calls it. Each surface is tiled by `bpy.ops.quadloom.tile_surface`
 from a scene of its own object, and its panels are exported beside the pictures.
@@ -24,8 +24,9 @@ import pictures  # noqa: E402  (found through the line above)
 
 VIEW = (0.7, -1.0, 0.8)
 SHIPPED = HERE.parent / "blend_fixtures" / "meshes" / "arch"
-# Name of the picture -> options of the operator.
+# Name of the picture -> options of the operator; none for the surface itself.
 LOOKS = {
+    "input": None,
     "regular": {},
     "random": {"pattern": "random"},
     "patches": {"partition": "patches"},
@@ -78,9 +79,13 @@ def main() -> int:
     return int(failed > 0)
 
 
-def draw(source: bpy.types.Object, count: int, look: str, options: dict, studio: pictures.Studio, out: Path) -> Path:
+def draw(source: bpy.types.Object, count: int, look: str, options: dict | None, studio: pictures.Studio, out: Path) -> Path:
     """One surface in one way; the picture's file."""
     bpy.context.view_layer.update()
+    path = out / f"surface-{source.name}-{look}.png".lower()
+    if options is None:
+        studio.shoot([source], VIEW, str(path), [source])
+        return path
     for obj in bpy.context.selected_objects:
         obj.select_set(False)
     source.select_set(True)
@@ -94,7 +99,6 @@ def draw(source: bpy.types.Object, count: int, look: str, options: dict, studio:
     print(f"{source.name}, {look}: {'; '.join(report['summary'])}{patches}; {seconds:.2f} s", flush=True)
     for warning in report["warnings"]:
         print(f"    {warning}", flush=True)
-    path = out / f"surface-{source.name}-{look}.png".lower()
     graph = [tubes(obj) for obj in bpy.data.objects if obj.name.startswith(f"{source.name} Patches")]
     studio.shoot([made], VIEW, str(path), [made], bare=graph)
     if look == "regular":

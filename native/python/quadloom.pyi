@@ -664,7 +664,7 @@ class Schedule:
         """(F,) greatest distance of a corner from the plane nearest to all: of a quad half the distance of its diagonals."""
     @property
     def planarity(self) -> _Floats:
-        """(F,) `deviation` over the mean length of the diagonals; 0 for triangles."""
+        """(F,) The distance between the diagonals, twice the `deviation`, over their mean length; 0 for triangles."""
     @property
     def type_names(self) -> list[str]:
         """T1, T2, ... of triangles, Q1, Q2, ... of quads, the frequent ones first."""

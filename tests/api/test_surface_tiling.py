@@ -219,7 +219,7 @@ def measured(points: np.ndarray, faces) -> tuple[np.ndarray, np.ndarray, np.ndar
         normal = np.cross(first, second)
         off = abs(np.linalg.det([first, second, p[1] - p[0]])) / np.linalg.norm(normal) / 2
         deviation.append(off)
-        planarity.append(2 * off / (np.linalg.norm(first) + np.linalg.norm(second)))
+        planarity.append(4 * off / (np.linalg.norm(first) + np.linalg.norm(second)))
         area.append(np.linalg.norm(normal) / 2)
     return np.array(deviation), np.array(planarity), np.array(area)
 

@@ -117,8 +117,8 @@ def test_faces_carry_kind_type_planarity_and_area():
             continue
         first, second = p[2] - p[0], p[3] - p[1]
         normal = np.cross(first, second)
-        off = abs(normal @ (p[1] - p[0])) / np.linalg.norm(normal) / 2
-        assert planarity == pytest.approx(2 * off / (np.linalg.norm(first) + np.linalg.norm(second)), abs=1e-5)
+        apart = abs(normal @ (p[1] - p[0])) / np.linalg.norm(normal)
+        assert planarity == pytest.approx(2 * apart / (np.linalg.norm(first) + np.linalg.norm(second)), abs=1e-5)
         assert area == pytest.approx(np.linalg.norm(normal) / 2, rel=1e-4)
     assert report(made)["types"] == types.max() + 1 == len(set(types.tolist()))
     # A type has one number of corners.

@@ -22,7 +22,7 @@ import blenders  # noqa: E402  (found through the line above)
 PANEL = tuple(
     f"panel-{name}.png" for name in ("ready", "grey", "tile-curve", "retopologize", "tile-surface")
 )  # fmt: skip
-SHEETS = tuple(f"surfaces-{look}.png" for look in ("regular", "random", "patches", "type", "planarity", "area"))
+SHEETS = tuple(f"surfaces-{look}.png" for look in ("input", "regular", "random", "patches", "type", "planarity", "area"))
 SECONDS = 3600
 
 

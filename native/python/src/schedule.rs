@@ -82,7 +82,7 @@ impl Schedule {
         self.each(py, |panel| panel.deviation)
     }
 
-    /// (F,) float64: `deviation` over the mean length of the diagonals; 0 for triangles.
+    /// (F,) float64: the distance between the diagonals, twice the `deviation`, over their mean length; 0 for triangles.
     #[getter]
     fn planarity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.each(py, |panel| panel.planarity)

@@ -145,7 +145,8 @@ impl SurfaceResult {
 ///
 /// edge_length: of the panels, scene units, above 0; None for about `target_panels` panels.
 /// feature_edges: (E, 2) vertex pairs, edges of faces that edges of panels follow; None for none.
-/// target_panels: about how many panels, 1 to 2,000,000, when there is no edge_length.
+/// target_panels: about how many panels, 1 to 2,000,000, when there is no edge_length. Where no size makes so many that are alike, flat and
+///     near the surface, the nearest number that does is made, and a warning says so.
 /// partition: "even" spreads irregular vertices evenly, by expanding a coarse triangulation, and always succeeds; "patches"
 ///     divides the surface into large patches that are flat in themselves, with irregular vertices where it curves, as the
 ///     paper does; where no such patches are found the report says so and the panels are even.
@@ -169,10 +170,11 @@ impl SurfaceResult {
 /// progress: called as progress(stage, fraction) at least every 50 ms; a false answer other than None cancels.
 ///
 /// `report["warnings"]` says in sentences what came out other than asked, or is hard to build; `report["missed_bars"]` has a dict for each
-/// bar that is missed: "bar" (spread; planarity, the distance of a quad's diagonals over their mean length, which is twice that of the
-/// schedule; closeness or lines), "measured", "allowed", and "elements", the indices of faces or
-/// vertices ("kind") that miss it by themselves, the worst first. `report["taken_apart"]` has the vertices of the input where it touches
-/// itself: the panels are apart there, for a mesh that can be built is a manifold.
+/// bar that is missed: "bar" (spread; planarity, as of the schedule; closeness, of the corners and the middle of each panel to the surface and
+/// of its vertices to the panels; or lines), "measured", "allowed", and "elements", the indices of faces or vertices ("kind") that miss it by themselves, the worst
+/// first. `report["taken_apart"]` has the vertices of the input where it touches itself: the panels are apart there, for a mesh that can
+/// be built is a manifold. `report["narrow_faces"]` has the faces of the input where larger panels turned over, when smaller or
+/// more of them were made than asked for.
 ///
 /// Raises `InvalidMeshError` (no oriented surface, no area ...), `Cancelled`, or `QuadloomError` when a feature is no edge of
 /// the surface (its element "features" is a position in the list) or an option is out of range.
@@ -374,6 +376,7 @@ fn report<'py>(
     report.set_item("warnings", warnings)?;
     report.set_item("missed_bars", missed.iter().map(|bar| missed_item(py, bar)).collect::<PyResult<Vec<_>>>()?)?;
     report.set_item("taken_apart", &made.taken_apart)?;
+    report.set_item("narrow_faces", &made.narrow)?;
     let made = &made.tiling;
     report.set_item("edge_length", made.edge_length)?;
     report.set_item("interior_vertices", made.interior_vertices)?;
@@ -396,7 +399,7 @@ fn missed_item<'py>(py: Python<'py>, missed: &MissedBar) -> PyResult<Bound<'py, 
     let (name, kind) = match missed.bar {
         Bar::Spread => ("spread", "faces"),
         Bar::Planarity => ("planarity", "faces"),
-        Bar::Closeness => ("closeness", "verts"),
+        Bar::Closeness => ("closeness", "faces"),
         Bar::Lines => ("lines", "verts"),
     };
     let item = PyDict::new(py);
@@ -426,7 +429,7 @@ fn missed_sentence(missed: &MissedBar) -> String {
         ),
         Bar::Closeness => (
             format!("panels leave the surface by {measured:.1}% of its size (at most {allowed:.0}%)"),
-            "vertices",
+            "faces",
             "smaller panels or a larger closeness keep them nearer",
         ),
         Bar::Lines => (
@@ -435,11 +438,20 @@ fn missed_sentence(missed: &MissedBar) -> String {
             "smaller panels, or a larger corner angle where the line is jagged, make room",
         ),
     };
-    let count = missed.elements.len();
-    let named: Vec<String> = missed.elements.iter().take(NAMED).map(ToString::to_string).collect();
-    let more = if count > NAMED { format!(" and {} more", count - NAMED) } else { String::new() };
-    let worst = if count > 0 { format!("; worst at {kind} {}{more}", named.join(", ")) } else { String::new() };
+    let worst = if missed.elements.is_empty() {
+        String::new()
+    } else {
+        format!("; worst at {kind} {}", named(&missed.elements))
+    };
     format!("{what}{worst}: {remedy}")
+}
+
+/// The first of some elements, and how many more there are.
+fn named(elements: &[u32]) -> String {
+    let first: Vec<String> = elements.iter().take(NAMED).map(ToString::to_string).collect();
+    let more = elements.len() - first.len();
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    first.join(", ") + &more
 }
 
 fn warnings(asked: PanelSize, partition: Partition, made: &PolygonTiling) -> Vec<String> {
@@ -447,29 +459,39 @@ fn warnings(asked: PanelSize, partition: Partition, made: &PolygonTiling) -> Vec
     let touching = made.taken_apart.len();
     if touching > 0 {
         let vertices = if touching == 1 { "vertex" } else { "vertices" };
-        let named: Vec<String> = made.taken_apart.iter().take(NAMED).map(ToString::to_string).collect();
-        let more = if touching > NAMED { " ..." } else { "" };
         warnings.push(format!(
-            "the surface touches itself at {touching} {vertices} ({}{more}); the panels are apart there",
-            named.join(", ")
+            "the surface touches itself at {touching} {vertices} ({}); the panels are apart there",
+            named(&made.taken_apart)
         ));
     }
+    let narrow = &made.narrow;
     let made = &made.tiling;
     let panels = made.mesh.face_count() as u32;
+    let off = |count: u32| (f64::from(panels) / f64::from(count)).ln();
+    let no_room = || {
+        let faces = named(narrow);
+        format!(
+            "larger ones turn over at faces {faces} of the surface, which is too narrow or too curved there: widen it, or ask for smaller panels"
+        )
+    };
     match asked {
         PanelSize::EdgeLength(length) if made.edge_length < length * (1.0 - 1e-9) => warnings.push(format!(
-            "panels of the size asked for have no room on this surface; their edges are {:.4} long",
-            made.edge_length
+            "panels of the size asked for have no room: their edges are {:.4} long; {}",
+            made.edge_length,
+            no_room()
         )),
-        PanelSize::Count(count) if (f64::from(panels) / f64::from(count)).ln().abs() > NEAR_COUNT => {
-            warnings.push(format!(
-                "{count} panels were asked for and {panels} made: borders and followed edges leave no other size"
-            ));
+        PanelSize::Count(count) if off(count) > NEAR_COUNT && !narrow.is_empty() => {
+            warnings.push(format!("{count} panels were asked for and {panels} made; {}", no_room()));
         }
+        PanelSize::Count(count) if off(count).abs() > NEAR_COUNT => warnings.push(format!(
+            "{count} panels were asked for and {panels} made: the borders, followed edges and patches of this surface leave no \
+             nearer number, or none with panels as equal and as flat; ask for another number, or for even panels"
+        )),
         _ => {}
     }
     if partition == Partition::Paper && made.patch_graph.is_none() {
-        warnings.push("no patches were found that close at this size: the panels are even instead".to_owned());
+        let sentence = "no patches were found that close at this size with panels equal and flat enough: the panels are even instead";
+        warnings.push(sentence.to_owned());
     }
     if !made.patches_with_rhombi.is_empty() {
         warnings.push(format!(

@@ -1,9 +1,8 @@
 //! Designs of patches (`PatchDesign`) on polygon meshes, as `polygons` has tilings of them: in scene units, for a count of
 //! panels or an edge length.
 
-use crate::polygons::{
-    NEAR_COUNT, PATCH_CORRECTIONS, PanelSize, Place, PolygonTiling, PolygonsError, Prepared, prepare,
-};
+use crate::panel_count::{Search, tries};
+use crate::polygons::{PanelSize, Place, PolygonTiling, PolygonsError, Prepared, prepare};
 use crate::surface::{
     DrawnGraph, Fill, PatchDesign, PatchGraph, Proposal, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling,
 };
@@ -33,8 +32,9 @@ impl PolygonDesign {
         options: &SurfaceOptions,
         monitor: &Monitor,
     ) -> Result<Self, PolygonsError> {
-        let Prepared { surface, options, place, taken_apart, edge_length, .. } =
+        let Prepared { surface, options, place, taken_apart, guess, .. } =
             monitor.within(0.0, 1.0 - CUT_PART, || prepare(mesh, size, options, monitor))?;
+        let edge_length = guess.edge_length;
         let design = monitor.within(1.0 - CUT_PART, 1.0, || {
             let Some(graph) = graph else { return PatchDesign::new(&surface, edge_length, &options, monitor) };
             let graph = graph.moved(|p| place.on_unit(p));
@@ -86,16 +86,20 @@ impl PolygonDesign {
         let make = |length, low, high| monitor.within(low, high, || self.design.tile(length, fill, shape, monitor));
         let mut made = make(self.design.edge_length(), 0.0, 0.6)?;
         if let PanelSize::Count(count) = self.size {
-            let off = |made: &SurfaceTiling| (made.mesh.face_count() as f64 / f64::from(count)).ln();
-            // Patches may close at one length and not at another nearby.
-            let mut step = 1.0;
-            for _ in 0..PATCH_CORRECTIONS {
-                if off(&made).abs() < NEAR_COUNT {
-                    break;
-                }
-                match make(made.edge_length * (step * off(&made) / 2.0).exp(), 0.6, 1.0) {
-                    Ok(other) if off(&other).abs() < off(&made).abs() => (made, step) = (other, 1.0),
-                    Ok(_) | Err(SurfaceError::NoLengths) => step /= 2.0,
+            let mut search = Search::new(count);
+            search.note(made.edge_length, made.edge_length, made.mesh.face_count());
+            for _ in 1..tries(count) {
+                let Some(length) = search.next(false) else { break };
+                // Patches may close at one length and not at another nearby.
+                match make(length, 0.6, 1.0) {
+                    Ok(other) => {
+                        search.note(length, length, other.mesh.face_count());
+                        let off = |made: &SurfaceTiling| search.off(made.mesh.face_count()).abs();
+                        if off(&other) < off(&made) {
+                            made = other;
+                        }
+                    }
+                    Err(SurfaceError::NoLengths) => search.fail(length),
                     Err(error) => return Err(error.into()),
                 }
             }

@@ -20,6 +20,7 @@ mod inflate;
 mod nearest;
 mod options;
 mod packed;
+mod panel_count;
 mod paths;
 mod peel;
 mod picture;

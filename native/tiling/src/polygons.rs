@@ -2,26 +2,19 @@
 //! size become triangles, and the surface is tiled about the origin at about unit size, so that no place and no scale of the
 //! scene matters.
 
+use crate::panel_count::{Guess, edge_length_by_area, edge_length_of, tile_to_count};
 use crate::surface::{
-    Fill, Partition, PolyhedronOptions, PolyhedronTiling, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling,
-    Zigzag, tile_faces, tile_surface,
+    PolyhedronOptions, PolyhedronTiling, SurfaceError, SurfaceOptions, SurfaceTiling, Zigzag, tile_faces, tile_surface,
 };
 use crate::surface::{STEP, without_crumbs};
 use ::surface::inspect::{Fault, inspect, inspect_vertices};
-use ::surface::triangulate::triangulate;
+use ::surface::triangulate::{Triangulated, triangulate};
 use mesh::{Aabb, Cancelled, DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh, face_normal};
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-/// Mean area of a panel of the regular pattern with unit edges: eight triangles and three squares are a period of it.
-const MEAN_PANEL_AREA: f64 = 0.587_645_601_370_716_2;
-/// A count is met within this part, or as near to it as so many corrections of the edge length come.
-pub(crate) const NEAR_COUNT: f64 = 0.03;
-const CORRECTIONS: usize = 4;
-pub(crate) const PATCH_CORRECTIONS: usize = 3;
 /// Most edges along all sides of a polyhedron together.
 const MOST_SIDE_EDGES: f64 = 20_000.0;
-/// Rounds of shaping that turn back most of what the pattern turned over, so that only panels without room are taken for such.
-const FEW_ROUNDS: usize = 8;
 /// Part of the progress for finding the edge length of a count.
 const COUNT_PART: f64 = 0.4;
 
@@ -61,6 +54,8 @@ pub struct PolygonTiling {
     pub tiling: SurfaceTiling,
     /// Vertices of the input where sheets touch: the panels of each sheet end there in a vertex of their own.
     pub taken_apart: Vec<u32>,
+    /// Faces of the input at which larger panels turned over, where smaller ones or more than asked for were made.
+    pub narrow: Vec<u32>,
     /// How many vertices off the border have an angle defect that is not zero.
     pub irregular_interior_vertices: usize,
     place: Place,
@@ -71,7 +66,7 @@ impl PolygonTiling {
         let tiling = place.restored(made);
         let topology = Topology::of(&tiling.mesh);
         let irregular = tiling.defects.iter().filter(|&&(v, _)| !topology.is_border_vertex(v)).count();
-        Self { tiling, taken_apart, irregular_interior_vertices: irregular, place }
+        Self { tiling, taken_apart, narrow: Vec::new(), irregular_interior_vertices: irregular, place }
     }
 
     /// The same mesh with zigzags on sides of its patch graph, as [`SurfaceTiling::zigzag`].
@@ -79,7 +74,8 @@ impl PolygonTiling {
     /// # Errors
     /// [`SurfaceError::Edit`]; cancelled.
     pub fn zigzag(&self, zigzags: &[Zigzag], monitor: &Monitor) -> Result<Self, SurfaceError> {
-        Ok(Self::new(self.tiling.zigzag(zigzags, monitor)?, self.taken_apart.clone(), self.place))
+        let made = Self::new(self.tiling.zigzag(zigzags, monitor)?, self.taken_apart.clone(), self.place);
+        Ok(Self { narrow: self.narrow.clone(), ..made })
     }
 }
 
@@ -94,37 +90,26 @@ pub fn tile_polygons(
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<PolygonTiling, PolygonsError> {
-    let Prepared { surface, options, place, taken_apart, edge_length, start } = prepare(mesh, size, options, monitor)?;
-    let make = |length, low, high| {
-        let made = monitor.within(low, high, || tile_surface(&surface, length, &options, monitor));
-        made.map_err(|error| place.in_scene_units(error))
-    };
-    let mut made = make(edge_length, start, if options.partition == Partition::Paper { 0.6 } else { 1.0 })?;
-    if let PanelSize::Count(count) = size {
-        let off = |made: &SurfaceTiling| (made.mesh.face_count() as f64 / f64::from(count)).ln();
-        // How many of the panels of patches are squares, which are twice as large as triangles, is known when they are made.
-        let mut length = edge_length;
-        for _ in 0..PATCH_CORRECTIONS {
-            if made.patch_graph.is_none() || off(&made).abs() < NEAR_COUNT {
-                break;
-            }
-            length *= (off(&made) / 2.0).exp();
-            let other = make(length, 0.6, 1.0)?;
-            if other.patch_graph.is_some() && off(&other).abs() < off(&made).abs() {
-                made = other;
-            }
-        }
-    }
-    Ok(PolygonTiling::new(made, taken_apart, place))
+    let Prepared { surface, face_of, options, place, taken_apart, guess, start } =
+        prepare(mesh, size, options, monitor)?;
+    let made = monitor.within(start, 1.0, || match size {
+        PanelSize::EdgeLength(_) => tile_surface(&surface, guess.edge_length, &options, monitor),
+        PanelSize::Count(count) => tile_to_count(count, &surface, guess, &options, monitor),
+    });
+    let made = made.map_err(|error| place.in_scene_units(error))?;
+    let narrow: BTreeSet<u32> = made.narrow.iter().map(|&triangle| face_of[triangle as usize]).collect();
+    Ok(PolygonTiling { narrow: narrow.into_iter().collect(), ..PolygonTiling::new(made, taken_apart, place) })
 }
 
 /// A polygon mesh as a surface of triangles at about unit size, what is followed there, and the edge length that a count needs.
 pub(crate) struct Prepared {
     pub surface: TriangleMesh,
+    /// The face of each triangle.
+    pub face_of: Vec<u32>,
     pub options: SurfaceOptions,
     pub place: Place,
     pub taken_apart: Vec<u32>,
-    pub edge_length: f64,
+    pub guess: Guess,
     /// Part of the progress that is over.
     pub start: f64,
 }
@@ -141,7 +126,7 @@ pub(crate) fn prepare(
     let place = Place::of(mesh);
     let unit: Vec<DVec3> = mesh.positions.iter().map(|&p| (p - place.origin) / place.scale).collect();
     let unit = mesh.with_positions(unit);
-    let surface = triangulate(&unit).mesh;
+    let Triangulated { mesh: surface, face: face_of, .. } = triangulate(&unit);
     let mut options = options.clone();
     let rough_length = match size {
         PanelSize::EdgeLength(length) => length / place.scale,
@@ -149,14 +134,15 @@ pub(crate) fn prepare(
     };
     options.marked_edges.extend(sharp_edges(&unit, options.feature_angle, rough_length));
     options.feature_angle = PI;
-    let (edge_length, start) = match size {
-        PanelSize::EdgeLength(length) => (length / place.scale, 0.0),
+    let (guess, start) = match size {
+        PanelSize::EdgeLength(_) => (Guess { edge_length: rough_length, narrow: Vec::new() }, 0.0),
         PanelSize::Count(0) => return Err(PolygonsError::NoPanels),
         PanelSize::Count(count) => {
-            (monitor.within(0.0, COUNT_PART, || edge_length_of(count, &surface, &options, monitor))?, COUNT_PART)
+            let find = || edge_length_of(count, rough_length, &surface, &options, monitor);
+            (monitor.within(0.0, COUNT_PART, find)?, COUNT_PART)
         }
     };
-    Ok(Prepared { surface, options, place, taken_apart, edge_length, start })
+    Ok(Prepared { surface, face_of, options, place, taken_apart, guess, start })
 }
 
 /// Tiles the faces of a polyhedron, each a patch, by triangles and squares with edges of about `edge_length`, scene units;
@@ -210,42 +196,6 @@ fn sharp_edges(mesh: &PolygonMesh, angle: f64, edge_length: f64) -> Vec<[u32; 2]
     let sharp: Vec<[u32; 2]> =
         topology.edges().filter(|&h| turns(h)).map(|h| [topology.from(h), topology.to(h)]).collect();
     without_crumbs(&sharp, &mesh.positions, STEP * edge_length)
-}
-
-/// The edge length of so many panels, were they regular.
-fn edge_length_by_area(count: u32, surface: &TriangleMesh) -> f64 {
-    let area: f64 = (0..surface.triangles.len()).map(|t| surface.area_normal(t).length() / 2.0).sum();
-    (area / (MEAN_PANEL_AREA * f64::from(count))).sqrt()
-}
-
-/// The edge length that makes about so many panels. How many there are is seen without shaping them to the end, which takes
-/// most of the time.
-fn edge_length_of(
-    count: u32,
-    surface: &TriangleMesh,
-    options: &SurfaceOptions,
-    monitor: &Monitor,
-) -> Result<f64, SurfaceError> {
-    let shape = ShapeOptions { rounds: FEW_ROUNDS, flattening_rounds: 0, ..options.shape };
-    // A partition into patches would take long, and makes about as many.
-    let quick = SurfaceOptions { fill: Fill::Regular, shape, partition: Partition::Expansion, ..options.clone() };
-    let mut length = edge_length_by_area(count, surface);
-    let mut best = (f64::INFINITY, length);
-    for correction in 0..CORRECTIONS {
-        let [low, high] = [correction, correction + 1].map(|step| step as f64 / CORRECTIONS as f64);
-        let made = monitor.within(low, high, || tile_surface(surface, length, &quick, monitor))?;
-        let ratio = made.mesh.face_count() as f64 / f64::from(count);
-        // Where there was no room for panels of that length, longer ones will do no better.
-        let length_made = made.edge_length;
-        if ratio.ln().abs() < best.0 {
-            best = (ratio.ln().abs(), length_made);
-        }
-        if best.0 < NEAR_COUNT {
-            break;
-        }
-        length = length_made * ratio.sqrt();
-    }
-    Ok(best.1)
 }
 
 /// Where the mesh is, and how large.

@@ -81,7 +81,7 @@ pub struct PanelRow {
     pub area: f64,
     /// Greatest distance of a corner from the plane that is nearest to all: of a quad half the distance of its diagonals.
     pub deviation: f64,
-    /// The same, over the mean length of the diagonals; 0 for triangles.
+    /// Distance between the diagonals over their mean length, the measure of Liu et al. 2006; 0 for triangles.
     pub planarity: f64,
 }
 

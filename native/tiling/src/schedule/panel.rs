@@ -63,10 +63,10 @@ impl Flat {
         self.area > 0.0 && self.area.is_finite() && self.corners.iter().all(|p| p.is_finite())
     }
 
-    /// Deviation over the mean length of the diagonals.
+    /// Distance between the diagonals, twice the deviation, over their mean length.
     pub fn planarity(&self) -> f64 {
         match self.diagonals[..] {
-            [first, second] => self.deviation / f64::midpoint(first, second),
+            [first, second] => 2.0 * self.deviation / f64::midpoint(first, second),
             _ => 0.0,
         }
     }
@@ -138,7 +138,7 @@ mod tests {
     fn a_skew_square_deviates_by_half_the_distance_of_its_diagonals() {
         let flat = quad([[0., 0., 0.1], [1., 0., -0.1], [1., 1., 0.1], [0., 1., -0.1]]);
         assert!((flat.deviation - 0.1).abs() < 1e-15);
-        assert!((flat.planarity() - 0.1 / 2f64.sqrt()).abs() < 1e-15);
+        assert!((flat.planarity() - 0.2 / 2f64.sqrt()).abs() < 1e-15);
         assert!((flat.area - 1.0).abs() < 1e-15);
     }
 
@@ -165,7 +165,7 @@ mod tests {
             let at = |x: f64, y: f64, z: f64| [far + size * x, far + size * y, far + size * z];
             let flat = quad([at(0., 0., 0.1), at(1., 0., -0.1), at(1., 1., 0.1), at(0., 1., -0.1)]);
             assert!(flat.is_sound());
-            assert!((flat.planarity() - 0.1 / 2f64.sqrt()).abs() < 1e-9, "{size} {far}");
+            assert!((flat.planarity() - 0.2 / 2f64.sqrt()).abs() < 1e-9, "{size} {far}");
         }
     }
 }

@@ -13,7 +13,7 @@ use super::curve::Curve;
 use super::panels::planarity;
 use super::pattern::{Pattern, Place};
 use super::shape::{ShapeOptions, Shaped, shape};
-use mesh::{Aabb, DVec3, Monitor, PolygonMesh, TriangleMesh, sorted};
+use mesh::{Aabb, DVec3, Monitor, TriangleMesh};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Patches whose panels are more unequal than this (the spread of their edges) are no patches to build: the surface is not flat enough in
@@ -23,7 +23,7 @@ pub(super) const MOST_SPREAD: f64 = 0.2;
 /// Mean planarity of quads above which they are too bent to be cut from sheets.
 pub(super) const MOST_BENT: f64 = 0.02;
 
-/// Distance of a vertex from the surface, in diagonals of the mesh, above which the mesh shows another shape.
+/// Distance of a panel from the surface, in diagonals of the mesh, above which the mesh shows another shape.
 const MOST_DISTANCE: f64 = 0.03;
 
 /// Distance of a vertex from its border or followed line, in edges, above which there is a gap or an overlap to see.
@@ -47,7 +47,8 @@ pub enum Bar {
     Spread,
     /// Mean planarity of the quads, at most 0.02.
     Planarity,
-    /// Distance of each vertex from the surface, at most 0.03 of the mesh's diagonal.
+    /// Distance of each panel's corners and middle from the surface, and of its vertices from the panels, at most 0.03 of the mesh's
+    /// diagonal.
     Closeness,
     /// Distance of each vertex of a border or followed line from it, at most 0.05 of the mean edge.
     Lines,
@@ -62,7 +63,8 @@ pub struct MissedBar {
     pub measured: f64,
     /// What is allowed.
     pub allowed: f64,
-    /// What misses it by itself, the worst first: faces with an edge so far off the mean, quads so bent, vertices so far.
+    /// What misses it by itself, the worst first: faces with an edge so far off the mean, quads so bent, faces so far from the surface;
+    /// for [`Bar::Lines`] vertices so far from their line.
     pub elements: Vec<u32>,
 }
 
@@ -73,72 +75,71 @@ pub(super) struct Quality {
     pub spread: f64,
     /// Mean planarity of quads.
     pub bent: f64,
-    /// Distance of each vertex from the surface, in diagonals of the mesh, and from its line, in edges.
+    /// How far the edges of each panel are off the mean at most, in means.
+    uneven: Vec<f64>,
+    /// Planarity of each panel.
+    bends: Vec<f64>,
+    /// Distance of each panel from the surface, in diagonals of the mesh.
     off_surface: Vec<f64>,
+    /// Distance of each vertex from its line, in mean edges.
     off_line: Vec<f64>,
 }
 
 impl Quality {
-    /// Of a pattern whose vertices are so far from the surface and from their lines, scene units. O(n log n).
-    pub fn of(positions: &[DVec3], tiles: &[Vec<u32>], off_surface: Vec<f64>, off_line: Vec<f64>) -> Self {
-        let edges: BTreeSet<[u32; 2]> = tiles
-            .iter()
-            .flat_map(|tile| (0..tile.len()).map(|k| sorted(tile[k], tile[(k + 1) % tile.len()])))
-            .collect();
+    /// Of a pattern with these edges, whose tiles are so far from the surface and its vertices from their lines, scene units. O(n).
+    pub fn of(
+        positions: &[DVec3],
+        tiles: &[Vec<u32>],
+        edges: &[[u32; 2]],
+        off_surface: Vec<f64>,
+        off_line: Vec<f64>,
+    ) -> Self {
+        let length = |[a, b]: [u32; 2]| positions[a as usize].distance(positions[b as usize]);
         let count = edges.len().max(1) as f64;
-        let length = |&[a, b]: &[u32; 2]| positions[a as usize].distance(positions[b as usize]);
-        let mean = (edges.iter().map(length).sum::<f64>() / count).max(f64::MIN_POSITIVE);
-        let variance = edges.iter().map(|edge| (length(edge) / mean - 1.0).powi(2)).sum::<f64>() / count;
-        let quads =
-            || tiles.iter().filter(|tile| tile.len() == 4).map(|tile| tile.iter().map(|&v| positions[v as usize]));
-        let bent: f64 = quads().map(|points| planarity(&points.collect::<Vec<_>>())).sum();
+        let mean = (edges.iter().map(|&edge| length(edge)).sum::<f64>() / count).max(f64::MIN_POSITIVE);
+        let off_mean = |edge: [u32; 2]| (length(edge) / mean - 1.0).abs();
+        let variance = edges.iter().map(|&edge| off_mean(edge).powi(2)).sum::<f64>() / count;
+        let worst_edge = |tile: &Vec<u32>| {
+            (0..tile.len()).map(|k| off_mean([tile[k], tile[(k + 1) % tile.len()]])).fold(0.0, f64::max)
+        };
+        let bend = |tile: &Vec<u32>| match tile.len() {
+            4 => planarity(&tile.iter().map(|&v| positions[v as usize]).collect::<Vec<_>>()),
+            _ => 0.0,
+        };
+        let bends: Vec<f64> = tiles.iter().map(bend).collect();
+        let quads = tiles.iter().filter(|tile| tile.len() == 4).count();
         let diagonal = Aabb::of(positions.iter().copied()).diagonal().max(f64::MIN_POSITIVE);
         Self {
             spread: variance.sqrt(),
-            bent: bent / quads().count().max(1) as f64,
+            bent: bends.iter().sum::<f64>() / quads.max(1) as f64,
+            uneven: tiles.iter().map(worst_edge).collect(),
+            bends,
             off_surface: off_surface.into_iter().map(|distance| distance / diagonal).collect(),
             off_line: off_line.into_iter().map(|distance| distance / mean).collect(),
         }
     }
 
-    /// Every bar with what was measured and what is allowed.
-    fn measured(&self) -> [(Bar, f64, f64); 4] {
+    /// Every bar with what was measured, what is allowed, and what was measured of each element.
+    fn measured(&self) -> [(Bar, f64, f64, &[f64]); 4] {
         let most = |distances: &[f64]| distances.iter().copied().fold(0.0, f64::max);
         [
-            (Bar::Spread, self.spread, MOST_SPREAD),
-            (Bar::Planarity, self.bent, MOST_BENT),
-            (Bar::Closeness, most(&self.off_surface), MOST_DISTANCE),
-            (Bar::Lines, most(&self.off_line), MOST_OFF_LINE),
+            (Bar::Spread, self.spread, MOST_SPREAD, &self.uneven),
+            (Bar::Planarity, self.bent, MOST_BENT, &self.bends),
+            (Bar::Closeness, most(&self.off_surface), MOST_DISTANCE, &self.off_surface),
+            (Bar::Lines, most(&self.off_line), MOST_OFF_LINE, &self.off_line),
         ]
     }
 
     /// What is above the bars, in bars, 0 where nothing is.
-    fn excess(&self) -> f64 {
-        self.measured().iter().map(|(_, measured, allowed)| (measured / allowed - 1.0).max(0.0)).sum()
+    pub fn excess(&self) -> f64 {
+        self.measured().iter().map(|(_, measured, allowed, _)| (measured / allowed - 1.0).max(0.0)).sum()
     }
 
     /// The bars that the mesh misses, with its elements that do.
-    pub fn missed(&self, mesh: &PolygonMesh) -> Vec<MissedBar> {
-        let point = |v: u32| mesh.positions[v as usize];
-        let lengths = |face: &[u32]| -> Vec<f64> {
-            (0..face.len()).map(|k| point(face[k]).distance(point(face[(k + 1) % face.len()]))).collect()
-        };
-        let all: Vec<f64> = mesh.faces().flat_map(lengths).collect();
-        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
-        let worst_edge =
-            |face: &[u32]| lengths(face).iter().map(|length| (length / mean - 1.0).abs()).fold(0.0, f64::max);
-        let bend = |face: &[u32]| {
-            if face.len() == 4 { planarity(&face.iter().map(|&v| point(v)).collect::<Vec<_>>()) } else { 0.0 }
-        };
-        let missed = self.measured().into_iter().filter(|(_, measured, allowed)| measured > allowed);
+    pub fn missed(&self) -> Vec<MissedBar> {
+        let missed = self.measured().into_iter().filter(|(_, measured, allowed, _)| measured > allowed);
         missed
-            .map(|(bar, measured, allowed)| {
-                let off: Vec<f64> = match bar {
-                    Bar::Spread => mesh.faces().map(worst_edge).collect(),
-                    Bar::Planarity => mesh.faces().map(bend).collect(),
-                    Bar::Closeness => self.off_surface.clone(),
-                    Bar::Lines => self.off_line.clone(),
-                };
+            .map(|(bar, measured, allowed, off)| {
                 let mut elements: Vec<u32> = (0..off.len() as u32).filter(|&k| off[k as usize] > allowed).collect();
                 elements.sort_by(|&a, &b| off[b as usize].total_cmp(&off[a as usize]).then(a.cmp(&b)));
                 MissedBar { bar, measured, allowed, elements }
@@ -154,18 +155,15 @@ fn loosened(pattern: &Pattern, turned: &[u32]) -> BTreeMap<u32, u32> {
     let is_fixed = |v: u32| pattern.places[v as usize] == Place::Fixed;
     let at_turned = turned.iter().flat_map(|&t| &pattern.tiles[t as usize]).copied();
     let wanted: BTreeSet<u32> = at_turned.filter(|&v| is_fixed(v)).collect();
-    // The edges at each, with the number of tiles there.
-    let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
-    for tile in &pattern.tiles {
-        for k in 0..tile.len() {
-            let (a, b) = (tile[k], tile[(k + 1) % tile.len()]);
-            for edge in [[a, b], [b, a]].into_iter().filter(|edge| wanted.contains(&edge[0])) {
-                *edges.entry(edge).or_default() += 1;
-            }
-        }
+    // The edges at each, with whether they are on the border.
+    let mut edges: BTreeMap<[u32; 2], bool> = BTreeMap::new();
+    for (&[a, b], &uses) in &pattern.edge_uses() {
+        edges.extend(
+            [[a, b], [b, a]].into_iter().filter(|edge| wanted.contains(&edge[0])).map(|edge| (edge, uses == 1)),
+        );
     }
     let curves = |v: u32, is_border: bool| -> BTreeSet<u32> {
-        let beside = edges.range([v, 0]..=[v, u32::MAX]).filter(|(_, uses)| (**uses == 1) == is_border);
+        let beside = edges.range([v, 0]..=[v, u32::MAX]).filter(|(_, on_border)| **on_border == is_border);
         let on = beside.filter_map(|(edge, _)| match pattern.places[edge[1] as usize] {
             Place::OnCurve(curve) => Some(curve),
             Place::Free | Place::Fixed => None,
@@ -243,4 +241,54 @@ pub(super) fn shape_to_bars(
         }
     }
     Ok(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of four unit squares, bent up by `bend` at one corner of the last.
+    fn row(bend: f64) -> (Vec<DVec3>, Vec<Vec<u32>>, Vec<[u32; 2]>) {
+        let mut positions: Vec<DVec3> = (0..10).map(|k| DVec3::new(f64::from(k / 2), f64::from(k % 2), 0.0)).collect();
+        positions[9].z = bend;
+        let tiles: Vec<Vec<u32>> = (0..4).map(|k| [0, 2, 3, 1].map(|corner| 2 * k + corner).to_vec()).collect();
+        let mut edges: Vec<[u32; 2]> = (0..5).map(|k| [2 * k, 2 * k + 1]).collect();
+        edges.extend((0..8).map(|k| [k, k + 2]));
+        (positions, tiles, edges)
+    }
+
+    #[test]
+    fn a_vertex_off_its_line_is_named_and_one_nearly_on_it_is_not() {
+        let (positions, tiles, edges) = row(0.0);
+        let mut off_line = vec![0.0; 10];
+        (off_line[3], off_line[5], off_line[8]) = (0.049, 0.06, 0.2);
+        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], off_line);
+        let wanted = MissedBar { bar: Bar::Lines, measured: 0.2, allowed: MOST_OFF_LINE, elements: vec![8, 5] };
+        assert_eq!(quality.missed(), [wanted]);
+        assert!((quality.excess() - 3.0).abs() < 1e-12);
+        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], vec![0.05; 10]);
+        assert_eq!((quality.missed(), quality.excess()), (vec![], 0.0), "on the bar is not above it");
+    }
+
+    #[test]
+    fn panels_are_named_by_what_they_miss_themselves() {
+        let (mut positions, tiles, edges) = row(0.5);
+        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0, 0.0, 0.2, 0.1], vec![0.0; 10]);
+        // The diagonals of the last square pass one another at 0.5 / sqrt 6 and are sqrt 2 and 1.5 long.
+        let bent = 0.5 / (4.0 + 2.0 * 0.25 + 0.0_f64).sqrt() / f64::midpoint(2f64.sqrt(), 1.5);
+        let missed = quality.missed();
+        assert_eq!(missed.iter().map(|missed| missed.bar).collect::<Vec<_>>(), [Bar::Planarity, Bar::Closeness]);
+        assert_eq!((missed[0].elements.as_slice(), missed[1].elements.as_slice()), (&[3][..], &[2][..]));
+        assert!((missed[0].measured - bent / 4.0).abs() < 0.01, "{} for {}", missed[0].measured, bent / 4.0);
+        // One edge three times as long: each edge counts once, whichever faces it has.
+        positions[9] = DVec3::new(4.0, 1.0, 0.0);
+        positions[8].y = -2.0;
+        let lengths = edges.iter().map(|&[a, b]| positions[a as usize].distance(positions[b as usize]));
+        let lengths: Vec<f64> = lengths.collect();
+        let mean = lengths.iter().sum::<f64>() / 13.0;
+        let spread = (lengths.iter().map(|l| (l / mean - 1.0).powi(2)).sum::<f64>() / 13.0).sqrt();
+        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], vec![0.0; 10]);
+        assert!((quality.spread - spread).abs() < 1e-12);
+        assert_eq!(quality.missed()[0].elements[0], 3);
+    }
 }

@@ -6,7 +6,7 @@
 //! triangulation that its topology allows. So no input runs out of triangles, which is what the guarantee rests on.
 
 use super::SurfaceError;
-use super::curve::Curve;
+use super::curve::{Curve, Strides};
 use mesh::{DVec3, Monitor, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 use surface::remesh::{RemeshOptions, remesh};
@@ -18,6 +18,13 @@ const ITERATIONS: u32 = 16;
 /// The first remeshing: its step as a fraction of the coarse one, and its rounds.
 const FINE_STEP: f64 = 0.45;
 const FINE_ITERATIONS: u32 = 5;
+
+/// A bend is a corner when the curve still turns by as much seen from so far on both sides, in steps: what is smaller than a panel is the
+/// jaggedness of the mesh, and panels would be crumpled at each tooth.
+const REACH: f64 = 0.5;
+
+/// Steps along a curve are measured on its mean over so much on both sides, in steps: a jagged line is longer than the panels along it.
+const STRAIGHTENED: f64 = 0.35;
 
 /// A coarse vertex between curves with two triangles in a sector wider than this gets a third, radians.
 const WIDE_SECTOR: f64 = 2.2;
@@ -45,15 +52,16 @@ pub(super) fn coarse(
     monitor: &Monitor,
 ) -> Result<Coarse, SurfaceError> {
     let paths = curve_paths(surface, marked, corner_angle, step);
-    let mut counts = step_counts(surface, &paths, curve_step);
+    let curves: Vec<Curve> =
+        paths.iter().map(|path| Curve::new(path.iter().map(|&v| surface.positions[v as usize]))).collect();
+    let strides: Vec<Strides> = curves.iter().map(|curve| curve.strides(STRAIGHTENED * step)).collect();
+    let mut counts = step_counts(&paths, &strides, curve_step);
     let resampled = loop {
         let chains: Vec<Chain> = paths
             .iter()
+            .zip(&strides)
             .zip(&counts)
-            .map(|(path, &n)| Chain {
-                vertices: path.clone(),
-                positions: (1..n).map(|k| k as f64 / n as f64).collect(),
-            })
+            .map(|((path, strides), &n)| Chain { vertices: path.clone(), positions: strides.equal(n) })
             .collect();
         match resample_chains(surface, &chains, &[], monitor) {
             Ok(resampled) => break resampled,
@@ -87,7 +95,6 @@ pub(super) fn coarse(
             ends.extend([chain[0], chain[chain.len() - 1]].map(|v| place[v as usize]));
         }
     }
-    let curves = paths.iter().map(|path| Curve::new(path.iter().map(|&v| surface.positions[v as usize]))).collect();
     let mut coarse = Coarse { mesh: remeshed, hard, ends, passed: BTreeSet::new(), curves };
     coarse.open_narrow_sectors(monitor)?;
     Ok(coarse)
@@ -112,12 +119,16 @@ fn curve_paths(surface: &TriangleMesh, marked: &[[u32; 2]], corner_angle: f64, s
     }
     let at = |v: u32| surface.positions[v as usize];
     let mut stops: BTreeSet<u32> = around.iter().filter(|(_, n)| n.len() != 2).map(|(&v, _)| v).collect();
-    // Sharpest first, so that a staircase keeps some of its corners and not all.
+    // Sharpest first, so that of corners side by side the one that is kept is the one to see.
     let mut bends: Vec<(f64, u32)> = around
         .iter()
         .filter(|(_, n)| n.len() == 2)
         .map(|(&v, n)| ((at(v) - at(n[0])).angle_between(at(n[1]) - at(v)), v))
         .filter(|&(turn, _)| turn > corner_angle)
+        .filter(|&(_, v)| {
+            let [back, ahead] = [0, 1].map(|side| seen_from(&around, v, side, REACH * step, &at));
+            (at(v) - back).angle_between(ahead - at(v)) > corner_angle
+        })
         .collect();
     bends.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     for (turn, v) in bends {
@@ -153,6 +164,28 @@ fn curve_paths(surface: &TriangleMesh, marked: &[[u32; 2]], corner_angle: f64, s
     paths
 }
 
+/// The point of the curve through `v`, at which no other ends, that is so far from it along the curve on one side, less where the
+/// curve ends before; on a closed one no further than an eighth of its length.
+fn seen_from(around: &BTreeMap<u32, Vec<u32>>, v: u32, side: usize, far: f64, at: &impl Fn(u32) -> DVec3) -> DVec3 {
+    let walk = |far: f64| {
+        let (mut last, mut here, mut walked) = (v, around[&v][side], 0.0);
+        loop {
+            let length = at(last).distance(at(here));
+            if walked + length >= far {
+                return (far, at(last).lerp(at(here), (far - walked) / length));
+            }
+            walked += length;
+            let next = around[&here].iter().copied().find(|&n| n != last);
+            match next.filter(|_| around[&here].len() == 2 && here != v) {
+                Some(next) => (last, here) = (here, next),
+                None => return (walked, at(here)),
+            }
+        }
+    };
+    let (walked, _) = walk(8.0 * far);
+    walk(far.min(walked / 8.0)).1
+}
+
 /// Whether a curve through `v` meets a stop within the distance `apart`, along the curve.
 fn is_near_stop(
     around: &BTreeMap<u32, Vec<u32>>,
@@ -176,27 +209,21 @@ fn is_near_stop(
 }
 
 /// Steps of each path: near `curve_step`, enough for loops to stay loops and for parallel paths to stay apart.
-fn step_counts(surface: &TriangleMesh, paths: &[Vec<u32>], curve_step: f64) -> Vec<usize> {
+fn step_counts(paths: &[Vec<u32>], strides: &[Strides], curve_step: f64) -> Vec<usize> {
+    let ends = |path: &[u32]| sorted(path[0], path[path.len() - 1]);
     let mut between: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     for path in paths {
-        *between.entry(sorted(path[0], path[path.len() - 1])).or_default() += 1;
+        *between.entry(ends(path)).or_default() += 1;
     }
-    paths
-        .iter()
-        .map(|path| {
-            let (start, end) = (path[0], path[path.len() - 1]);
-            let length: f64 = path
-                .windows(2)
-                .map(|w| surface.positions[w[0] as usize].distance(surface.positions[w[1] as usize]))
-                .sum();
-            let least = match (start == end, between[&sorted(start, end)]) {
-                (true, _) => 3,
-                (false, 1) => 1,
-                (false, _) => 2,
-            };
-            ((length / curve_step).round() as usize).max(least)
-        })
-        .collect()
+    let count = |(path, strides): (&Vec<u32>, &Strides)| {
+        let least = match (ends(path), between[&ends(path)]) {
+            ([start, end], _) if start == end => 3,
+            (_, 1) => 1,
+            _ => 2,
+        };
+        ((strides.length() / curve_step).round() as usize).max(least)
+    };
+    paths.iter().zip(strides).map(count).collect()
 }
 
 impl Coarse {

@@ -15,6 +15,33 @@ pub(super) struct Curve {
 /// A point this near to a curve is on it, as a part of the curve's length.
 const ON_CURVE: f64 = 1e-9;
 
+/// A curve without its jags, by length: where equal steps along it end.
+pub(super) struct Strides {
+    /// Up to each of equally many lengths of the curve itself, that along the curve without jags.
+    walked: Vec<f64>,
+}
+
+/// How finely the mean of a curve is followed, as a part of what it is the mean over.
+const FINENESS: f64 = 0.25;
+
+impl Strides {
+    pub fn length(&self) -> f64 {
+        self.walked[self.walked.len() - 1]
+    }
+
+    /// Where `count` equal steps end, the last left out, as fractions of the curve's own length.
+    pub fn equal(&self, count: usize) -> Vec<f64> {
+        let samples = self.walked.len() - 1;
+        let at = |wanted: f64| {
+            let k = self.walked.partition_point(|&walked| walked < wanted).clamp(1, samples);
+            let [low, high] = [self.walked[k - 1], self.walked[k]];
+            let part = if high > low { (wanted - low) / (high - low) } else { 1.0 };
+            ((k - 1) as f64 + part) / samples as f64
+        };
+        (1..count).map(|k| at(self.length() * k as f64 / count as f64)).collect()
+    }
+}
+
 impl Curve {
     pub fn new(points: impl Iterator<Item = DVec3>) -> Self {
         let points: Vec<DVec3> = points.collect();
@@ -68,6 +95,40 @@ impl Curve {
         (self.points[segment].lerp(self.points[segment + 1], part), segment)
     }
 
+    /// The curve by the length of its mean over `reach` on both sides, less towards its ends.
+    pub fn strides(&self, reach: f64) -> Strides {
+        let whole = self.length();
+        let samples = ((whole / (FINENESS * reach)).ceil() as usize).max(2 * self.points.len());
+        // Integral of the curve over its length, up to each point.
+        let mut summed = vec![DVec3::ZERO; self.points.len()];
+        for k in 1..self.points.len() {
+            let length = self.walked[k] - self.walked[k - 1];
+            summed[k] = summed[k - 1] + length * self.points[k - 1].midpoint(self.points[k]);
+        }
+        let segment = |t: f64| self.walked.partition_point(|&walked| walked <= t).clamp(1, self.points.len() - 1) - 1;
+        let point = |t: f64| {
+            let k = segment(t);
+            let along = (self.points[k + 1] - self.points[k]).normalize_or_zero();
+            self.points[k] + (t - self.walked[k]) * along
+        };
+        let integral = |t: f64| {
+            let k = segment(t);
+            summed[k] + (t - self.walked[k]) * self.points[k].midpoint(point(t))
+        };
+        let mean = |t: f64| {
+            let reach = reach.min(t).min(whole - t);
+            if reach > 0.0 { (integral(t + reach) - integral(t - reach)) / (2.0 * reach) } else { point(t) }
+        };
+        let mut walked = vec![0.0; samples + 1];
+        let mut last = mean(0.0);
+        for k in 1..=samples {
+            let here = mean(whole * k as f64 / samples as f64);
+            walked[k] = walked[k - 1] + last.distance(here);
+            last = here;
+        }
+        Strides { walked }
+    }
+
     /// Nearest point on any segment, and that segment.
     pub fn project(&self, p: DVec3) -> (DVec3, usize) {
         self.nearest(p, 0..self.points.len() - 1)
@@ -117,6 +178,22 @@ mod tests {
         assert_eq!(square().stretch(ends, DVec3::new(0.4, 0.0, 0.0)), Some([3.0, 5.0]));
         assert_eq!(square().stretch([ends[0]; 2], DVec3::new(0.4, 0.0, 0.0)), Some([1.0, 5.0]), "all round");
         assert_eq!(square().stretch([ends[0], DVec3::splat(0.5)], ends[1]), None, "a point off the curve");
+    }
+
+    #[test]
+    fn strides_are_equal_on_a_straight_line_and_pass_over_the_steps_of_a_staircase() {
+        let straight = Curve::new([0.0, 0.3, 2.0].into_iter().map(|x| DVec3::new(x, 0.0, 0.0))).strides(0.5);
+        assert!((straight.length() - 2.0).abs() < 1e-12);
+        assert!(straight.equal(4).iter().zip([0.25, 0.5, 0.75]).all(|(t, wanted)| (t - wanted).abs() < 1e-12));
+        // Ten units straight on, then a hundred small steps that lead as far at 45 degrees.
+        let step = 0.1 / 2f64.sqrt();
+        let stairs =
+            (0..=200).map(|k| DVec3::new(10.0 + step * f64::from(k / 2 + k % 2), step * f64::from(k / 2), 0.0));
+        let curve = Curve::new(std::iter::once(DVec3::ZERO).chain(stairs));
+        let strides = curve.strides(1.0);
+        assert!((strides.length() - 20.0).abs() < 0.2, "{}", strides.length());
+        let half = strides.equal(2)[0] * curve.length();
+        assert!((half - 10.0).abs() < 0.3, "{half}");
     }
 
     #[test]

@@ -168,7 +168,7 @@ impl PatchDesign {
             stages[stage].1 += start.elapsed();
             start = Instant::now();
         };
-        let papers = Paper::new(&self.input, &self.draft, edge_length, &options, &mut lap, monitor)?;
+        let papers = Paper::new(&self.input, &self.draft, &mut Vec::new(), edge_length, &options, &mut lap, monitor)?;
         let tilings = papers.into_iter().map(|paper| paper.measured(Vec::new())).collect::<Result<Vec<_>, _>>()?;
         let order = |a: &SurfaceTiling, b: &SurfaceTiling| {
             a.turned.len().cmp(&b.turned.len()).then(a.flaws().total_cmp(&b.flaws()))

@@ -75,14 +75,16 @@ use crate::{Kind, TilingError};
 use bars::{MOST_BENT, MOST_SPREAD, Quality};
 use input::Input;
 use layout::{Draft, TOLERANCES};
-use mesh::{Cancelled, MeshError, Monitor, PolygonMesh, Topology, TriangleMesh};
+use mesh::{Cancelled, DVec3, MeshError, Monitor, NONE, PolygonMesh, Topology, TriangleMesh};
 use num_bigint::BigUint;
 use paper::{Kept, Paper};
 use pattern::Pattern;
 use shape::Shaped;
 use solve::SolveError;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use surface::closest::ClosestPoint;
 use surface::remesh::RemeshError;
 use surface::resample::ResampleError;
 
@@ -92,8 +94,8 @@ pub(crate) const STEP: f64 = 2.732_050_807_568_877;
 const CURVE_STEP: f64 = 2.85;
 
 /// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
-/// the panels, as on a tube of two panels around, smaller ones fit.
-const SMALLER: [f64; 11] = [1.0, 0.97, 0.93, 0.85, 0.75, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12];
+/// the panels, as on a tube of two panels around, smaller ones fit. Where sixteen times as many are turned over still, room is not what lacks.
+const SMALLER: [f64; 14] = [1.0, 0.97, 0.93, 0.89, 0.85, 0.8, 0.75, 0.68, 0.6, 0.52, 0.45, 0.39, 0.33, 0.25];
 
 /// A patch graph whose mesh has no more flaws than this is taken without looking at others ([`SurfaceTiling::flaws`]).
 const FEW_FLAWS: f64 = 0.15;
@@ -294,6 +296,9 @@ pub struct SurfaceTiling {
     pub turned: Vec<u32>,
     /// The edge length used: smaller than the one asked for where panels of that size turned over.
     pub edge_length: f64,
+    /// Triangles of the surface at which panels a little larger than these turned over, where smaller ones than asked for were made: it is
+    /// too narrow or too curved there for them.
+    pub narrow: Vec<u32>,
     /// Vertices whose combinatorial angle defect is not zero, and the defect in units of 30 degrees; over all vertices it
     /// sums to 12 times the Euler characteristic.
     pub defects: Vec<(u32, i32)>,
@@ -341,7 +346,12 @@ impl SurfaceTiling {
 impl SurfaceTiling {
     /// The bars that the mesh misses: what whoever builds it should know.
     pub fn missed_bars(&self) -> Vec<MissedBar> {
-        self.quality.missed(&self.mesh)
+        self.quality.missed()
+    }
+
+    /// By how much the mesh misses its bars, in bars summed; 0 where it meets all. Panels turned over are a bar each.
+    pub(crate) fn excess(&self) -> f64 {
+        self.quality.excess() + self.turned.len() as f64
     }
 
     /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, ten times that of rhombi, and what
@@ -390,8 +400,8 @@ pub fn tile_surface(
         return Ok(SurfaceTiling { stages, ..tiling });
     }
     let mut attempts = Vec::new();
-    for fraction in SMALLER {
-        let attempt = Attempt::new(&input, fraction * edge_length, options, &mut lap, monitor)?;
+    for smaller in SMALLER {
+        let attempt = Attempt::new(&input, smaller * edge_length, options, &mut lap, monitor)?;
         let is_sound = attempt.shaped.turned.is_empty();
         attempts.push(attempt);
         if is_sound {
@@ -399,9 +409,11 @@ pub fn tile_surface(
         }
     }
     // The largest panels among those with the fewest turned over.
-    let Some(best) = attempts.into_iter().min_by_key(|attempt| attempt.shaped.turned.len()) else {
+    let Some(place) = (0..attempts.len()).min_by_key(|&place| attempts[place].shaped.turned.len()) else {
         return Err(SurfaceError::Empty);
     };
+    let narrow = if place == 0 { Vec::new() } else { attempts[place - 1].below_turned(surface) };
+    let best = attempts.swap_remove(place);
     let kinds = best.pattern.kinds();
     let mesh = PolygonMesh::from_polygons(best.pattern.positions, &best.pattern.tiles)?;
     let (defects, interior_vertices) = panels::defects(&mesh);
@@ -420,6 +432,7 @@ pub fn tile_surface(
         mesh,
         panels,
         turned: best.shaped.turned,
+        narrow,
         quality: best.shaped.quality,
         defects: defects.into_iter().collect(),
         interior_vertices,
@@ -438,7 +451,7 @@ fn of_patches(
     monitor: &Monitor,
 ) -> Result<Option<SurfaceTiling>, SurfaceError> {
     let mut best: Option<(f64, SurfaceTiling)> = None;
-    let mut tried = Vec::new();
+    let (mut tried, mut seen) = (Vec::new(), Vec::new());
     for tolerances in TOLERANCES.chunks(2) {
         let mut drafts: Vec<Draft> = Vec::new();
         for &tolerance in tolerances {
@@ -452,7 +465,7 @@ fn of_patches(
         // Charts that lattices fit are worth trying first.
         drafts.sort_by_key(Draft::is_odd);
         for draft in drafts {
-            let papers = Paper::new(input, &draft, edge_length, options, lap, monitor)?;
+            let papers = Paper::new(input, &draft, &mut seen, edge_length, options, lap, monitor)?;
             for paper in papers.into_iter().filter(|paper| paper.shaped.turned.is_empty()) {
                 let tiling = paper.measured(Vec::new())?;
                 let flaws = tiling.flaws();
@@ -502,5 +515,16 @@ impl Attempt {
         let shaped = bars::shape_to_bars(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
         lap(3);
         Ok(Self { edge_length, pattern, shaped, refilled })
+    }
+
+    /// Triangles of the surface nearest to the middles of panels that are turned over, in order.
+    fn below_turned(&self, surface: &TriangleMesh) -> Vec<u32> {
+        let closest = ClosestPoint::new(surface);
+        let tiles = self.shaped.turned.iter().map(|&t| &self.pattern.tiles[t as usize]);
+        let below = tiles.map(|tile| {
+            let sum: DVec3 = tile.iter().map(|&v| self.pattern.positions[v as usize]).sum();
+            closest.project(sum / tile.len() as f64).triangle
+        });
+        below.filter(|&triangle| triangle != NONE).collect::<BTreeSet<_>>().into_iter().collect()
     }
 }

@@ -6,6 +6,7 @@ use super::input::Input;
 use super::layout::{Draft, Layout};
 use super::panels::{self, Panel};
 use super::partition::WARY;
+use super::patch_graph::PatchGraph;
 use super::pattern::{Pattern, Place};
 use super::paving::{Paving, pave};
 use super::shape::Shaped;
@@ -55,10 +56,11 @@ impl std::fmt::Debug for Kept {
 
 impl Paper {
     /// Divides what is not flat yet, and tiles: with sides of whole edges, and with half edges where these are nearer to the lengths of
-    /// the sides. None when there is no patch graph, or no lengths for it.
+    /// the sides. None when there is no patch graph, or no lengths for it, or it is one of those that were `seen`, to which it is added.
     pub fn new(
         input: &Arc<Input>,
         draft: &Draft,
+        seen: &mut Vec<PatchGraph>,
         edge_length: f64,
         options: &SurfaceOptions,
         lap: &mut impl FnMut(usize),
@@ -71,7 +73,8 @@ impl Paper {
             if !draft.finish(mixed, monitor)? {
                 break;
             }
-            let Some(layout) = draft.layout(&[]) else { continue };
+            let Some(layout) = draft.layout(&[]).filter(|layout| !seen.contains(&layout.graph)) else { continue };
+            seen.push(layout.graph.clone());
             lap(1);
             let found = pavings(layout, &draft, edge_length, options.fill, monitor)?;
             lap(2);
@@ -131,6 +134,7 @@ impl Paper {
             panels: Panel::all(&mesh, &self.kinds),
             mesh,
             turned: self.shaped.turned,
+            narrow: Vec::new(),
             quality: self.shaped.quality,
             defects: defects.into_iter().collect(),
             interior_vertices,

@@ -44,6 +44,17 @@ impl Pattern {
         self.tiles.iter().map(|tile| if tile.len() == 3 { Kind::Triangle } else { Kind::Square }).collect()
     }
 
+    /// Tiles at each edge, by its sorted vertices.
+    pub fn edge_uses(&self) -> BTreeMap<[u32; 2], u8> {
+        let mut uses = BTreeMap::new();
+        for tile in &self.tiles {
+            for (k, &v) in tile.iter().enumerate() {
+                *uses.entry(sorted(v, tile[(k + 1) % tile.len()])).or_default() += 1;
+            }
+        }
+        uses
+    }
+
     /// The expansion of a coarse triangulation. O(n log n).
     pub fn expand(coarse: &Coarse) -> Self {
         let topology = Topology::of_triangles(&coarse.mesh);

@@ -15,15 +15,17 @@
 //! it, and only the last let it off, for planarity. Steps that turn a tile over are halved, at that tile's vertices only;
 //! those that would turn it at any length are left out.
 
+mod untangle;
+
 use super::SurfaceError;
 use super::bars::Quality;
 use super::curve::Curve;
 use super::pattern::{Pattern, Place};
 use super::regular::{mean_edge, nearest_regular};
 use super::room::rooms;
-use mesh::{DVec3, Monitor, NONE, TriangleMesh, sorted};
+use mesh::{DVec3, Monitor, NONE, PolygonMesh, TriangleMesh};
 use solve::cholesky::Factor;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use surface::closest::ClosestPoint;
 
 /// Weight of a place on a curve against that of a tile, 1.
@@ -38,6 +40,9 @@ const TIP: f64 = 10.0;
 
 /// How often a step is halved where it turns tiles over, before it is left out.
 const HALVINGS: usize = 4;
+
+/// Cosine of the angle between the surface at a vertex of a tile and what is under all of them, below which a look at its middle is due.
+const STEEP: f64 = 0.8;
 
 /// Distance of a vertex from its curve, in edges, above which the tiles beside it are shaped again to make room for it, and the rounds
 /// that this takes.
@@ -98,10 +103,16 @@ struct Aims {
     uniformity: f64,
 }
 
-/// The wishes' matrix, factored, and what vertices that cannot move add to the right-hand side.
-struct System {
+/// A phase of shaping: its wishes, and the matrix of these, factored.
+struct Phase {
+    aims: Aims,
     factor: Factor,
+    /// What vertices that cannot move add to the right-hand side.
     pinned: Vec<DVec3>,
+    /// The curvature vectors that fairness asks for.
+    curvature: Vec<DVec3>,
+    /// Which vertices are put back where they may be, every round.
+    is_held: fn(Place) -> bool,
 }
 
 struct Shaper<'a> {
@@ -121,6 +132,8 @@ struct Shaper<'a> {
     segment: Vec<usize>,
     /// Triangle of the surface that each vertex was last nearest to.
     triangle: Vec<u32>,
+    /// Sum of the normals around each vertex of the surface.
+    normals: Vec<DVec3>,
 }
 
 /// What came of shaping.
@@ -140,13 +153,12 @@ pub(super) fn shape(
 ) -> Result<Shaped, SurfaceError> {
     let count = pattern.positions.len();
     let mut tiles_at = vec![Vec::new(); count];
-    let mut uses: BTreeMap<[u32; 2], u8> = BTreeMap::new();
     for (t, tile) in pattern.tiles.iter().enumerate() {
-        for (k, &v) in tile.iter().enumerate() {
+        for &v in tile {
             tiles_at[v as usize].push(t as u32);
-            *uses.entry(sorted(v, tile[(k + 1) % tile.len()])).or_default() += 1;
         }
     }
+    let uses = pattern.edge_uses();
     keep(pattern, curves, &uses, options);
     let mut beside = vec![Vec::new(); count];
     for &[a, b] in uses.keys() {
@@ -156,6 +168,12 @@ pub(super) fn shape(
     let is_triangle = |t: &u32| pattern.tiles[*t as usize].len() == 3;
     let is_tip: Vec<bool> = tiles_at.iter().map(|tiles| tiles.len() <= 4 && tiles.iter().all(is_triangle)).collect();
     let is_by_tip = (0..count).map(|v| is_tip[v] || beside[v].iter().any(|&w| is_tip[w as usize])).collect();
+    let mut normals = vec![DVec3::ZERO; surface.positions.len()];
+    for (t, triangle) in surface.triangles.iter().enumerate() {
+        for &v in triangle {
+            normals[v as usize] += surface.area_normal(t);
+        }
+    }
     let mut shaper = Shaper {
         surface,
         closest: ClosestPoint::new(surface),
@@ -168,59 +186,62 @@ pub(super) fn shape(
         beside,
         segment: vec![0; count],
         triangle: vec![NONE; count],
+        normals,
     };
     let mut positions = shaper.placed(&pattern.positions, monitor)?;
     let ShapeOptions { closeness, planarity, fairness, uniformity, .. } = options;
     let bound = Aims { closeness: SLIDING, planarity: 0.0, fairness: 0.0, uniformity };
     let free = Aims { closeness, planarity, fairness, uniformity };
-    let all = (options.rounds + options.flattening_rounds) as f64;
-    let mut done = 0;
-    for (rounds, aims, is_bound) in [(options.rounds, bound, true), (options.flattening_rounds, free, false)] {
-        if rounds == 0 {
-            continue;
-        }
-        let system = shaper.system(aims)?;
-        let curvature = shaper.curvature(&positions);
-        for _ in 0..rounds {
-            monitor.stage("shaping", f64::from(done) / all)?;
-            done += 1;
-            let mut wish = shaper.step(&positions, &system, aims, &curvature, monitor)?;
-            if is_bound {
-                for (v, p) in wish.iter_mut().enumerate() {
-                    *p = shaper.nearest(v, *p);
-                }
-            }
-            shaper.guarded(&mut positions, &wish);
-        }
+    let part = options.rounds as f64 / (options.rounds + options.flattening_rounds).max(1) as f64;
+    if options.rounds > 0 {
+        let phase = shaper.phase(bound, &positions, |_| true)?;
+        monitor.within(0.0, part, || shaper.run(&phase, options.rounds, &mut positions, monitor))?;
+        shaper.untangle(&phase, &mut positions, monitor)?;
+    }
+    if options.flattening_rounds > 0 {
+        let phase = shaper.phase(free, &positions, |_| false)?;
+        monitor.within(part, 1.0, || shaper.run(&phase, options.flattening_rounds, &mut positions, monitor))?;
     }
     // Borders end exactly on their curves, wherever no tile turns over by it; where one would, all give way first.
     shaper.put_on_curves(&mut positions);
     let most_off = OFF_CURVE * mean_edge(&pattern.tiles, &positions);
     if options.flattening_rounds > 0 && shaper.off_curves(&positions).iter().any(|&off| off > most_off) {
         let before = (positions.clone(), shaper.turned(&positions).len());
-        let system = shaper.system(free)?;
-        let curvature = shaper.curvature(&positions);
-        for _ in 0..CURVE_ROUNDS {
-            let mut wish = shaper.step(&positions, &system, free, &curvature, monitor)?;
-            for (v, p) in wish.iter_mut().enumerate().filter(|(v, _)| pattern.places[*v] != Place::Free) {
-                *p = shaper.nearest(v, *p);
-            }
-            shaper.guarded(&mut positions, &wish);
-        }
+        let phase = shaper.phase(free, &positions, |place| place != Place::Free)?;
+        shaper.run(&phase, CURVE_ROUNDS, &mut positions, monitor)?;
         shaper.put_on_curves(&mut positions);
         if shaper.turned(&positions).len() > before.1 {
             positions = before.0;
         }
     }
     let turned = shaper.turned(&positions);
-    let off_surface = positions.iter().map(|&p| shaper.closest.project(p).distance).collect();
+    let off_surface = shaper.off_surface(&positions, monitor)?;
     let off_line = shaper.off_curves(&positions);
-    let quality = Quality::of(&positions, &pattern.tiles, off_surface, off_line);
+    let quality = Quality::of(&positions, &pattern.tiles, &shaper.edges, off_surface, off_line);
     pattern.positions = positions;
     Ok(Shaped { turned, quality })
 }
 
 impl Shaper<'_> {
+    /// Shapes for so many rounds.
+    fn run(
+        &mut self,
+        phase: &Phase,
+        rounds: usize,
+        positions: &mut [DVec3],
+        monitor: &Monitor,
+    ) -> Result<(), SurfaceError> {
+        for round in 0..rounds {
+            monitor.stage("shaping", round as f64 / rounds as f64)?;
+            let mut wish = self.step(phase, positions, monitor)?;
+            for (v, p) in wish.iter_mut().enumerate().filter(|(v, _)| (phase.is_held)(self.pattern.places[*v])) {
+                *p = self.nearest(v, *p);
+            }
+            self.guarded(positions, &wish);
+        }
+        Ok(())
+    }
+
     /// Moves the vertices of curves to them, as far as no tile turns over.
     fn put_on_curves(&mut self, positions: &mut [DVec3]) {
         let wish: Vec<DVec3> = (0..positions.len())
@@ -229,13 +250,41 @@ impl Shaper<'_> {
         self.guarded(positions, &wish);
     }
 
-    /// Distance of each vertex from its curve; 0 of those on none.
-    fn off_curves(&mut self, positions: &[DVec3]) -> Vec<f64> {
-        let far = |v: usize| match self.pattern.places[v] {
-            Place::Free => 0.0,
-            _ => self.nearest(v, positions[v]).distance(positions[v]),
+    /// Of each tile the greatest distance to the surface, of its corners and its middle, and from the surface, of those of its vertices that
+    /// are nearest to the tile.
+    fn off_surface(&self, positions: &[DVec3], monitor: &Monitor) -> Result<Vec<f64>, SurfaceError> {
+        let own = |tile: &Vec<u32>| {
+            let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
+            let points = tile.iter().map(|&v| positions[v as usize]).chain([middle]);
+            points.map(|p| self.closest.project_near(p, self.triangle[tile[0] as usize]).distance).fold(0.0, f64::max)
         };
-        (0..positions.len()).map(far).collect()
+        let mut off: Vec<f64> = self.pattern.tiles.iter().map(own).collect();
+        let (mesh, tile_of) =
+            TriangleMesh::from_polygons(&PolygonMesh::from_polygons(positions.to_vec(), &self.pattern.tiles)?);
+        let tiles = ClosestPoint::new(&mesh);
+        let used: BTreeSet<u32> = self.surface.triangles.iter().flatten().copied().collect();
+        let mut near = NONE;
+        for (k, v) in used.into_iter().enumerate() {
+            if k % 1024 == 0 {
+                monitor.check()?;
+            }
+            let found = tiles.project_near(self.surface.positions[v as usize], near);
+            near = found.triangle;
+            if near != NONE {
+                let off = &mut off[tile_of[near as usize] as usize];
+                *off = off.max(found.distance);
+            }
+        }
+        Ok(off)
+    }
+
+    /// Distance of each vertex from its curve, wherever on it; 0 of those on none.
+    fn off_curves(&self, positions: &[DVec3]) -> Vec<f64> {
+        let far = |(&place, &p): (&Place, &DVec3)| match place {
+            Place::Free | Place::Fixed => 0.0,
+            Place::OnCurve(curve) => self.curves[curve as usize].project(p).0.distance(p),
+        };
+        self.pattern.places.iter().zip(positions).map(far).collect()
     }
 
     /// The nearest allowed place of a vertex.
@@ -282,7 +331,7 @@ impl Shaper<'_> {
     }
 
     /// Fixed vertices are no unknowns but rows of their own: x = place.
-    fn system(&self, aims: Aims) -> Result<System, SurfaceError> {
+    fn phase(&self, aims: Aims, positions: &[DVec3], is_held: fn(Place) -> bool) -> Result<Phase, SurfaceError> {
         let count = self.pattern.positions.len();
         let mut triplets = Vec::new();
         let mut pinned = vec![DVec3::ZERO; count];
@@ -321,7 +370,8 @@ impl Shaper<'_> {
         for v in 0..count {
             triplets.push((v, v, if self.is_fixed(v) { 1.0 } else { self.weight(v, aims) }));
         }
-        Ok(System { factor: Factor::new(count, &triplets)?, pinned })
+        let factor = Factor::new(count, &triplets)?;
+        Ok(Phase { aims, factor, pinned, curvature: self.curvature(positions), is_held })
     }
 
     /// The discrete curvature vector at a vertex, as a sum over these: the vertex less the mean of its neighbours.
@@ -347,17 +397,11 @@ impl Shaper<'_> {
     }
 
     /// Where all wishes taken together would have the vertices.
-    fn step(
-        &mut self,
-        positions: &[DVec3],
-        system: &System,
-        aims: Aims,
-        curvature: &[DVec3],
-        monitor: &Monitor,
-    ) -> Result<Vec<DVec3>, SurfaceError> {
+    fn step(&mut self, phase: &Phase, positions: &[DVec3], monitor: &Monitor) -> Result<Vec<DVec3>, SurfaceError> {
+        let aims = phase.aims;
         let count = positions.len();
         let edge = mean_edge(&self.pattern.tiles, positions);
-        let mut right = system.pinned.clone();
+        let mut right = phase.pinned.clone();
         for (v, &p) in positions.iter().enumerate() {
             if v % 4096 == 0 {
                 monitor.check()?;
@@ -390,7 +434,7 @@ impl Shaper<'_> {
         if aims.fairness > 0.0 {
             for v in (0..count).filter(|&v| self.pattern.places[v] == Place::Free) {
                 for (w, share) in self.star(v) {
-                    right[w as usize] += aims.fairness * share * curvature[v];
+                    right[w as usize] += aims.fairness * share * phase.curvature[v];
                 }
             }
         }
@@ -398,7 +442,7 @@ impl Shaper<'_> {
             right[v] = self.pattern.positions[v];
         }
         let mut sides: Vec<Vec<f64>> = (0..3).map(|axis| right.iter().map(|p| p[axis]).collect()).collect();
-        system.factor.solve_many(&mut sides)?;
+        phase.factor.solve_many(&mut sides)?;
         Ok((0..count).map(|v| DVec3::new(sides[0][v], sides[1][v], sides[2][v])).collect())
     }
 
@@ -429,29 +473,32 @@ impl Shaper<'_> {
         positions.copy_from_slice(&moved);
     }
 
+    /// Whether a tile is turned over: against the surface at its vertices or, where that turns much from one to the other, below its middle.
     fn is_turned(&self, tile: &[u32], positions: &[DVec3]) -> bool {
-        is_turned(tile, positions, self.up(tile, positions))
+        let up = self.up(tile, positions);
+        let near = tile.iter().map(|&v| self.triangle[v as usize]).filter(|&t| t != NONE);
+        let is_steep = |t: u32| self.surface.area_normal(t as usize).normalize_or_zero().dot(up) < STEEP;
+        is_turned(tile, positions, up) || near.clone().any(is_steep) && self.is_over(tile, positions)
     }
 
-    /// Tiles with a corner that faces away from the surface below their middle: from the triangle there, which may be a sliver that faces
-    /// anywhere, and from what is around it.
+    /// Tiles that are turned over.
     fn turned(&self, positions: &[DVec3]) -> Vec<u32> {
-        let mut normals = vec![DVec3::ZERO; self.surface.positions.len()];
-        for (t, triangle) in self.surface.triangles.iter().enumerate() {
-            for &v in triangle {
-                normals[v as usize] += self.surface.area_normal(t);
-            }
-        }
-        let around = |t: usize| self.surface.triangles[t].iter().map(|&v| normals[v as usize]).sum::<DVec3>();
         (0..self.pattern.tiles.len() as u32)
-            .filter(|&t| {
-                let tile = &self.pattern.tiles[t as usize];
-                let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
-                let below = self.closest.project(middle).triangle;
-                let from = |up: DVec3| is_turned(tile, positions, up);
-                below == NONE || from(self.surface.area_normal(below as usize)) && from(around(below as usize))
-            })
+            .filter(|&t| self.is_over(&self.pattern.tiles[t as usize], positions))
             .collect()
+    }
+
+    /// Whether a corner of a tile faces away from the surface below the tile's middle: from the triangle there, which may be a sliver that
+    /// faces anywhere, and from what is around it.
+    fn is_over(&self, tile: &[u32], positions: &[DVec3]) -> bool {
+        let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
+        let below = self.closest.project_near(middle, self.triangle[tile[0] as usize]).triangle;
+        if below == NONE {
+            return true;
+        }
+        let up = self.surface.area_normal(below as usize);
+        let around: DVec3 = self.surface.triangles[below as usize].iter().map(|&v| self.normals[v as usize]).sum();
+        is_turned(tile, positions, up) && is_turned(tile, positions, around)
     }
 
     /// The normal of the surface under a tile; its own where no vertex is known to be near the surface.
