@@ -5,7 +5,8 @@
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`; `--detect` adds those found. `--paint R`
 //! wants edges R times as long in the left third as in the right one, and prints what was made of it. `--coarse` asks for the
-//! coarsest layout; `--stages` prints the seconds of each stage. With `--out`, writes `NAME.obj` and `NAME_base.obj`. The columns are those of the judge, measured anew: irregular
+//! coarsest layout; `--stages` prints the seconds of each stage. With `--out`, writes `NAME.obj` and `NAME_base.obj`. The columns are
+//! those of the judge, measured anew: irregular
 //! vertices; patches of the base complex; least scaled Jacobian and its first percentile; mean deviation of angles, degrees;
 //! two-way distance at samples, percent of the diagonal; percent of the features within 5% and 1% of the mean edge of
 //! an edge within 10 degrees of their direction; inverted quads; quads; Euler characteristic before and after; seconds.

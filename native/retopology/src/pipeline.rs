@@ -121,39 +121,32 @@ impl Workpiece {
         let make = |base_options: &BaseOptions, monitor: &Monitor| {
             Session::new(input.mesh.clone(), features.clone(), base_options.clone(), monitor)
         };
-        if layout.irregularity.is_finite() {
-            let session = make(&base_options, monitor)?;
-            return Ok(Self {
-                mesh,
-                input,
-                placement,
-                layout,
-                session,
-                kept: RefCell::default(),
-                ready: RefCell::default(),
-            });
-        }
-        // The coarsest layout: bases are tried side by side, and the quads of the best one are kept.
-        let tries = coarse::tries(&base_options, layout.lines);
-        let done = AtomicUsize::new(0);
-        let positions = &input.mesh.positions;
-        let tried = |(base_options, lines): &(BaseOptions, bool)| -> Result<_, RetopologizeError> {
-            let aside = monitor.aside();
-            let session = make(base_options, &aside)?;
-            let layout = LayoutOptions { lines: *lines, ..layout.clone() };
-            let made = laid(&session, &Ground::new(session.base())?, &layout, None, &aside)?;
-            let chains = input_chains(session.network(), positions.len());
-            let score = coarse::score(&made.0, followed(&made.0, &chains, positions, &aside)?.share());
-            monitor.stage("trying layouts", (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tries.len() as f64)?;
-            Ok((score, session, *lines, made))
+        let (session, ready) = if layout.irregularity.is_finite() {
+            (make(&base_options, monitor)?, None)
+        } else {
+            // The coarsest layout: bases are tried side by side, and the quads of the best one are kept.
+            let tries = coarse::tries(&base_options, layout.lines);
+            let done = AtomicUsize::new(0);
+            let positions = &input.mesh.positions;
+            let tried = |(base_options, lines): &(BaseOptions, bool)| -> Result<_, RetopologizeError> {
+                let aside = monitor.aside();
+                let session = make(base_options, &aside)?;
+                let layout = LayoutOptions { lines: *lines, ..layout.clone() };
+                let made = laid(&session, &Ground::new(session.base())?, &layout, None, &aside)?;
+                let chains = input_chains(session.network(), positions.len());
+                let score = coarse::score(&made.0, followed(&made.0, &chains, positions, &aside)?.share());
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                monitor.stage("trying layouts", done as f64 / tries.len() as f64)?;
+                Ok((score, session, *lines, made))
+            };
+            monitor.stage("trying layouts", 0.0)?;
+            let tried: Vec<_> = tries.par_iter().map(tried).collect::<Result<_, _>>()?;
+            let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+            let (_, session, lines, made) = best.ok_or_else(|| RetopologizeError::bug("no base was tried"))?;
+            layout.lines = lines;
+            (session, Some(made))
         };
-        monitor.stage("trying layouts", 0.0)?;
-        let tried: Vec<_> = tries.par_iter().map(tried).collect::<Result<_, _>>()?;
-        let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        let (_, session, lines, made) = best.ok_or_else(|| RetopologizeError::bug("no base was tried"))?;
-        layout.lines = lines;
-        let ready = RefCell::new(Some(made));
-        Ok(Self { mesh, input, placement, layout, session, kept: RefCell::default(), ready })
+        Ok(Self { mesh, input, placement, layout, session, kept: RefCell::default(), ready: RefCell::new(ready) })
     }
 
     /// Changes the features; only the base triangles about them are made anew where that is possible.
