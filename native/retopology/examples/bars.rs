@@ -1,11 +1,11 @@
 //! A row for each OBJ file: what the acceptance bars of feature retopology measure.
 //!
 //! `cargo run -p quadloom-retopology --example bars -- [--faces N] [--plain] [--detect] [--coarse] [--irregularity X]
-//! [--rounds N] [--vertices N] [--aspect X] [--least-quads X] [--paint R] [--as-laid] [--stages] [--out FOLDER] FILE.obj...`
+//! [--rounds N] [--vertices N] [--aspect X] [--least-quads X] [--least-feature X] [--paint R] [--as-laid] [--stages] [--out FOLDER] FILE.obj...`
 //!
 //! Features come from `FILE.edges40` beside each file (`i j` a line), unless `--plain`; `--detect` adds those found. `--paint R`
 //! wants edges R times as long in the left third as in the right one, and prints what was made of it. `--coarse` asks for the
-//! coarsest layout; `--stages` prints the seconds of each stage. With `--out`, writes `NAME.obj` and `NAME_base.obj`. The columns are
+//! coarsest layout; `--stages` prints the seconds of each stage. With `--out`, writes `NAME.obj`, `NAME_base.obj` and the edges on features, `NAME.edges`. The columns are
 //! those of the judge, measured anew: irregular
 //! vertices; patches of the base complex; least scaled Jacobian and its first percentile; mean deviation of angles, degrees;
 //! two-way distance at samples, percent of the diagonal; percent of the features within 5% and 1% of the mean edge of
@@ -32,6 +32,7 @@ fn main() -> Result<(), Failure> {
             "--vertices" => options.base.vertices = value()?.parse()?,
             "--aspect" => options.base.aspect = value()?.parse()?,
             "--least-quads" => options.base.least_quads = value()?.parse()?,
+            "--least-feature" => options.base.least_feature = value()?.parse()?,
             "--rounds" => options.layout.rounds = value()?.parse()?,
             "--irregularity" => options.layout.irregularity = value()?.parse()?,
             "--paint" => paint = value()?.parse()?,
@@ -103,6 +104,8 @@ fn main() -> Result<(), Failure> {
             std::fs::write(folder.join(format!("{name}.obj")), obj::write(&made.mesh))?;
             let base = &made.base;
             std::fs::write(folder.join(format!("{name}_base.obj")), obj::write(base))?;
+            let lines = made.feature_edges.iter().map(|edge| format!("{} {}\n", edge.ends[0], edge.ends[1]));
+            std::fs::write(folder.join(format!("{name}.edges")), lines.collect::<String>())?;
         }
     }
     Ok(())

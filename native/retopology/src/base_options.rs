@@ -2,6 +2,8 @@
 
 use crate::base_error::RetopologyError;
 use crate::detect;
+use crate::features::Crumbs;
+use mesh::TriangleMesh;
 
 /// How coarse the base is and where its corners are.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +18,9 @@ pub struct BaseOptions {
     /// Least length wanted of base edges, in edges of the quads to come, 0 to 20. Default: 2.5.
     pub least_quads: f64,
     /// Connected features, and branches of them that end nowhere, are dropped when shorter than this many edges of the quads
-    /// to come, 0 to 100; they are in the report. Default: 0.5, for less than half an edge is no edge.
+    /// to come, 0 to 100; they are in the report. Default: 0.5, for less than half an edge is no edge. Where features have
+    /// more ends, forks and sharp bends than one for sixteen quads to come, longer ones are dropped too, up to 16 times this, the
+    /// shortest first: on a scan's hundreds of sharp crumbs nothing else would be left of the quads.
     pub least_feature: f64,
     /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 50. Default: 8.
     pub aspect: f64,
@@ -44,7 +48,22 @@ impl Default for BaseOptions {
     }
 }
 
+/// Features have at most one corner for so many quads.
+const QUADS_A_CORNER: f64 = 16.0;
+
 impl BaseOptions {
+    /// What of the features is too little for the quads to come; `mesh` is in the units of `final_edge`.
+    pub(crate) fn crumbs(&self, mesh: &TriangleMesh) -> Crumbs {
+        let Some(edge) = self.final_edge else { return Crumbs::NONE };
+        let shorter_than = self.least_feature * edge * self.smallest();
+        let size = |v: &u32| self.density.get(*v as usize).copied().unwrap_or(1.0);
+        let quads = |(t, corners): (usize, &[u32; 3])| {
+            mesh.area_normal(t).length() / 2.0 / (edge * corners.iter().map(size).sum::<f64>() / 3.0).powi(2)
+        };
+        let quads: f64 = mesh.triangles.iter().enumerate().map(quads).sum();
+        Crumbs { shorter_than, most_corners: (quads / QUADS_A_CORNER) as usize }
+    }
+
     /// The least density.
     pub(crate) fn smallest(&self) -> f64 {
         self.density.iter().copied().reduce(f64::min).unwrap_or(1.0)

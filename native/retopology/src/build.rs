@@ -151,8 +151,8 @@ pub(crate) fn build_within(
         features.edges.extend(found);
     }
     let final_edge = options.final_edge.unwrap_or(0.0) / placement.scale;
-    let least_feature = options.least_feature * final_edge * options.smallest();
-    let mut network = network(&working, &topology, &features, options.corner_angle, least_feature)?;
+    let crumbs = options.crumbs(mesh).scaled(1.0 / placement.scale);
+    let mut network = network(&working, &topology, &features, options.corner_angle, crumbs)?;
     if let Some(part) = part {
         for chain in &mut network.chains {
             chain.whole = part.rim.contains(&mesh::sorted(chain.vertices[0], chain.vertices[1]));

@@ -89,10 +89,34 @@ pub struct Network {
     pub dropped: Vec<[u32; 2]>,
 }
 
+/// What of the features is too little for quads.
+#[derive(Debug, Clone, Copy)]
+pub struct Crumbs {
+    /// Connected marked edges that are together shorter than this, and branches that end nowhere and are shorter, are dropped
+    /// unless they hold a marked vertex; scene units.
+    pub shorter_than: f64,
+    /// Where more corners are left, this grows, by [`MOST_GROWTH`] at most, and curves between forks must be as long too.
+    pub most_corners: usize,
+}
+
+impl Crumbs {
+    /// Nothing is too little.
+    pub const NONE: Self = Self { shorter_than: 0.0, most_corners: usize::MAX };
+
+    /// The same in other units.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Self { shorter_than: self.shorter_than * factor, ..self }
+    }
+}
+
+/// How many times as long features have to be where they would leave no room for quads: 8 edges by default.
+const MOST_GROWTH: f64 = 16.0;
+/// The steps there.
+const GROWTH: f64 = std::f64::consts::SQRT_2;
+
 /// Builds the network. A vertex is a corner when other than two features meet there, when it is marked, or when the curve
 /// turns by more than `corner_angle` (radians) both between its two edges and between the chords over two edges on either
-/// side, so that the zigzag of a curve over a triangle mesh is none. Connected marked edges that are together shorter than
-/// `least_length`, and branches that end nowhere and are shorter, are dropped unless they hold a marked vertex. O(n log n).
+/// side, so that the zigzag of a curve over a triangle mesh is none. O(n log n).
 ///
 /// # Errors
 /// [`RetopologyError::FeatureOffSurface`], [`RetopologyError::FeatureRepeated`], [`RetopologyError::VertexOffSurface`].
@@ -101,16 +125,34 @@ pub fn network(
     topology: &Topology,
     features: &Features,
     corner_angle: f64,
-    least_length: f64,
+    crumbs: Crumbs,
 ) -> Result<Network, RetopologyError> {
-    let mut edges = feature_edges(topology, features)?;
+    let edges = feature_edges(topology, features)?;
+    let mut least = crumbs.shorter_than;
+    let mut found = network_of(mesh, topology, features, corner_angle, edges.clone(), [least, 0.0])?;
+    while found.corners.len() > crumbs.most_corners && least < 0.99 * MOST_GROWTH * crumbs.shorter_than {
+        least *= GROWTH;
+        found = network_of(mesh, topology, features, corner_angle, edges.clone(), [least, least])?;
+    }
+    Ok(found)
+}
+
+/// The network without crumbs shorter than the first of `least`, and without curves between forks shorter than the second.
+fn network_of(
+    mesh: &TriangleMesh,
+    topology: &Topology,
+    features: &Features,
+    corner_angle: f64,
+    mut edges: BTreeMap<[u32; 2], bool>,
+    least: [f64; 2],
+) -> Result<Network, RetopologyError> {
     let unused = |v: u32| topology.outgoing.get(v as usize).is_none_or(|&h| h == NONE);
     let lost: Vec<u32> =
         (0..features.vertices.len() as u32).filter(|&k| unused(features.vertices[k as usize])).collect();
     if !lost.is_empty() {
         return Err(RetopologyError::VertexOffSurface { features: lost });
     }
-    let dropped = drop_short(mesh, &mut edges, &features.vertices, least_length);
+    let dropped = drop_short(mesh, &mut edges, &features.vertices, least);
     let neighbours = neighbours(mesh, &edges);
     let mut is_corner: Vec<bool> = neighbours.iter().map(|around| !matches!(around.len(), 0 | 2)).collect();
     let mut points: Vec<u32> = Vec::new();
@@ -164,13 +206,13 @@ fn neighbours(mesh: &TriangleMesh, edges: &BTreeMap<[u32; 2], bool>) -> Vec<Vec<
 /// other two closely enough.
 const SLIVER: f64 = 0.1;
 
-/// Takes out crumbs: the longest sides of marked slivers, short branches with a loose end, then short components. Borders and what
-/// holds a marked vertex stay.
+/// Takes out crumbs: the longest sides of marked slivers, short curves between forks, the shortest first, short branches with a loose
+/// end, then short components. Borders and what holds a marked vertex stay.
 fn drop_short(
     mesh: &TriangleMesh,
     edges: &mut BTreeMap<[u32; 2], bool>,
     marked: &[u32],
-    least_length: f64,
+    [least_length, least_between]: [f64; 2],
 ) -> Vec<[u32; 2]> {
     let length = |&[a, b]: &[u32; 2]| mesh.positions[a as usize].distance(mesh.positions[b as usize]);
     let mut keep = vec![false; mesh.positions.len()];
@@ -188,15 +230,34 @@ fn drop_short(
             dropped.push(longest);
         }
     }
+    if least_between > 0.0 {
+        let around = neighbours(mesh, edges);
+        let mut degree: Vec<usize> = around.iter().map(Vec::len).collect();
+        let mut between = Vec::new();
+        for fork in (0..around.len()).filter(|&v| around[v].len() > 2) {
+            for &second in &around[fork] {
+                let (curve, end) = branch(&around, &keep, [fork as u32, second]);
+                let total = curve.iter().map(length).sum::<f64>();
+                // Each is found from both of its ends.
+                if (fork as u32) < end
+                    && total < least_between
+                    && curve.iter().all(|edge| edges.get(edge) == Some(&false))
+                {
+                    between.push((total, [fork, end as usize], curve));
+                }
+            }
+        }
+        between.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, ends, curve) in between {
+            if ends.iter().all(|&v| degree[v] > 2) {
+                ends.iter().for_each(|&v| degree[v] -= 1);
+                dropped.extend(curve.into_iter().filter(|edge| edges.remove(edge).is_some()));
+            }
+        }
+    }
     let around = neighbours(mesh, edges);
     for tip in (0..around.len()).filter(|&v| around[v].len() == 1 && !keep[v]) {
-        let (mut branch, mut before, mut at) = (Vec::new(), tip as u32, around[tip][0]);
-        branch.push(sorted(before, at));
-        while around[at as usize].len() == 2 && !keep[at as usize] {
-            let after = around[at as usize].iter().copied().find(|&w| w != before).unwrap_or(before);
-            branch.push(sorted(at, after));
-            (before, at) = (at, after);
-        }
+        let (branch, at) = branch(&around, &keep, [tip as u32, around[tip][0]]);
         // One that ends loose at both ends is a component, judged below.
         if around[at as usize].len() > 2 && branch.iter().map(length).sum::<f64>() < least_length {
             dropped.extend(branch.into_iter().filter(|edge| edges.remove(edge).is_some()));
@@ -227,6 +288,19 @@ fn drop_short(
     }
     dropped.sort_unstable();
     dropped
+}
+
+/// The edges from the first of two vertices over the second to the next one that is marked or where other than two edges meet, and that
+/// one.
+fn branch(around: &[Vec<u32>], keep: &[bool], [mut before, mut at]: [u32; 2]) -> (Vec<[u32; 2]>, u32) {
+    let start = before;
+    let mut branch = vec![sorted(before, at)];
+    while around[at as usize].len() == 2 && !keep[at as usize] && at != start {
+        let after = around[at as usize].iter().copied().find(|&w| w != before).unwrap_or(before);
+        branch.push(sorted(at, after));
+        (before, at) = (at, after);
+    }
+    (branch, at)
 }
 
 /// Marked and border edges, and whether each is a border.
@@ -307,7 +381,7 @@ mod tests {
 
     fn of(n: u32, features: &Features) -> Result<Network, RetopologyError> {
         let (mesh, topology) = grid(n);
-        network(&mesh, &topology, features, 50_f64.to_radians(), 0.0)
+        network(&mesh, &topology, features, 50_f64.to_radians(), Crumbs::NONE)
     }
 
     #[test]
@@ -341,7 +415,7 @@ mod tests {
         // An octagon, its corners cut by the diagonals of the grid's squares or by two of its edges.
         let (mesh, topology) = grid(9);
         let ring = [at(3, 2), at(4, 2), at(5, 3), at(5, 4), at(4, 4), at(3, 3), at(3, 2)];
-        let found = network(&mesh, &topology, &marked(&ring), 3.0, 0.0).unwrap();
+        let found = network(&mesh, &topology, &marked(&ring), 3.0, Crumbs::NONE).unwrap();
         let closed: Vec<&Chain> = found.chains.iter().filter(|chain| chain.closed && !chain.border).collect();
         assert_eq!(closed.len(), 1);
         assert_eq!(closed[0].vertices.iter().collect::<std::collections::BTreeSet<_>>().len(), 6);
@@ -357,7 +431,9 @@ mod tests {
         features.edges.extend([[at(2, 4), at(3, 4)], [at(6, 2), at(6, 3)], [at(6, 3), at(6, 4)]]);
         let (mesh, topology) = grid(9);
         let edge = mesh.positions[0].distance(mesh.positions[1]);
-        let found = |features: &Features, edges: f64| network(&mesh, &topology, features, 0.9, edges * edge).unwrap();
+        let found = |features: &Features, edges: f64| {
+            network(&mesh, &topology, features, 0.9, Crumbs { shorter_than: edges * edge, ..Crumbs::NONE }).unwrap()
+        };
         assert!(found(&features, 0.9).dropped.is_empty());
         let some = found(&features, 1.5);
         assert_eq!(some.dropped, [[at(2, 4), at(3, 4)]]);
@@ -369,14 +445,38 @@ mod tests {
     }
 
     #[test]
+    fn features_without_room_leave_their_short_curves_out() {
+        // A ladder: two lines of six edges with five rungs of one edge between, and a crumb beside it.
+        let at = |i: u32, j: u32| i * 10 + j;
+        let mut features = marked(&(1..8).map(|j| at(2, j)).collect::<Vec<_>>());
+        features.edges.extend(marked(&(1..8).map(|j| at(3, j)).collect::<Vec<_>>()).edges);
+        features.edges.extend((2..7).map(|j| [at(2, j), at(3, j)]));
+        features.edges.push([at(6, 2), at(6, 3)]);
+        let (mesh, topology) = grid(9);
+        let edge = mesh.positions[0].distance(mesh.positions[1]);
+        let found = |most_corners: usize| {
+            let crumbs = Crumbs { shorter_than: 0.5 * edge, most_corners };
+            network(&mesh, &topology, &features, 0.9, crumbs).unwrap()
+        };
+        // The sheet's corners, the ladder's ends and forks, and the crumb's ends.
+        assert_eq!((found(20).corners.len(), found(20).dropped.len()), (20, 0));
+        let some = found(19);
+        assert!(some.corners.len() < 20 && some.dropped.contains(&[at(6, 2), at(6, 3)]), "{some:?}");
+        assert!(some.dropped.len() < 14, "its long lines stay: {:?}", some.dropped);
+        assert_eq!(found(0).corners.len(), 4, "borders stay");
+    }
+
+    #[test]
     fn the_longest_side_of_a_marked_sliver_is_dropped() {
         // A flat triangle on a base of length 2, and one on each of its sides.
         let positions = [(0., 0.), (2., 0.), (1., 0.01), (1., -1.), (0., 1.), (2., 1.)];
         let positions = positions.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect();
         let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 4], [2, 1, 5]] };
         let features = Features { edges: vec![[0, 1], [1, 2], [2, 0]], vertices: vec![] };
-        let dropped =
-            |least: f64| network(&mesh, &Topology::of_triangles(&mesh), &features, 0.9, least).unwrap().dropped;
+        let dropped = |least: f64| {
+            let crumbs = Crumbs { shorter_than: least, ..Crumbs::NONE };
+            network(&mesh, &Topology::of_triangles(&mesh), &features, 0.9, crumbs).unwrap().dropped
+        };
         assert_eq!(dropped(0.2), [[0, 1]]);
         assert!(dropped(0.05).is_empty());
     }

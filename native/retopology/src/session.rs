@@ -8,7 +8,7 @@
 use crate::base::Base;
 use crate::base_error::RetopologyError;
 use crate::build::{BaseOptions, build_base};
-use crate::features::{Features, Network, network};
+use crate::features::{Crumbs, Features, Network, network};
 use crate::sizing::even_length;
 use crate::splice::rebuild;
 use crate::{detect, input};
@@ -150,8 +150,8 @@ impl Session {
     /// # Errors
     /// As [`build_base`]; after an error nothing has changed.
     pub fn set_features(&mut self, features: &Features, monitor: &Monitor) -> Result<EditReport, RetopologyError> {
-        let least = self.options.least_feature * self.options.final_edge.unwrap_or(0.0) * self.options.smallest();
-        let network = network(&self.mesh, &self.topology, features, self.options.corner_angle, least)?;
+        let crumbs = self.options.crumbs(&self.mesh);
+        let network = network(&self.mesh, &self.topology, features, self.options.corner_angle, crumbs)?;
         let edges =
             |features: &Features| -> BTreeSet<[u32; 2]> { features.edges.iter().map(|&[a, b]| sorted(a, b)).collect() };
         let (old, mut new) = (edges(&self.features), edges(features));
@@ -202,7 +202,7 @@ impl Session {
         let start = Instant::now();
         let features = self.edited(from, to)?;
         // Says what is wrong with the new marks.
-        let network = network(&self.mesh, &self.topology, &features, self.options.corner_angle, 0.0)?;
+        let network = network(&self.mesh, &self.topology, &features, self.options.corner_angle, Crumbs::NONE)?;
         if from == to {
             return Ok(EditReport::default());
         }
