@@ -52,7 +52,7 @@ pub(crate) fn qualities(patch: &QuadPatch, surfaces: &[&dyn Reference]) -> Vec<f
 
 /// Quality of a quad against the normal of its surface under its middle.
 pub(crate) fn quality(p: [DVec3; 4], surface: &dyn Reference) -> f64 {
-    quad_quality(p, surface.project(p.iter().sum::<DVec3>() / 4.0).normal)
+    quad_quality(p, surface.normal_under(p, &mut { NONE }))
 }
 
 /// What [`mend`] did.

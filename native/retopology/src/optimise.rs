@@ -106,8 +106,15 @@ pub(crate) fn pull(
             around[v as usize].push(q as u32);
         }
     }
-    // The triangle under each vertex, where the next search begins.
-    let mut under = vec![NONE; unknown.len()];
+    // The triangle under each vertex, where the next search begins, and its normal: thin parts have another side.
+    let mut under: Vec<(u32, DVec3)> = unknown
+        .par_iter()
+        .map(|&v| {
+            let mut under = NONE;
+            let normal = shape.charts[chart[v] as usize].project_near(positions[v], &mut under).normal;
+            (under, normal)
+        })
+        .collect();
     for _ in 0..rounds {
         monitor.check()?;
         let mut right: Vec<DVec3> = unknown.iter().zip(&hold).map(|(&v, &w)| positions[v] * w).collect();
@@ -135,14 +142,18 @@ pub(crate) fn pull(
             .par_iter()
             .zip(&mut under)
             .enumerate()
-            .map(|(i, (&v, under))| {
+            .map(|(i, (&v, (under, facing)))| {
                 let moved = DVec3::new(columns[0][i], columns[1][i], columns[2][i]);
                 match shape.constraints[v] {
                     Constraint::OnChain(line) => {
                         let line = &shape.lines[line as usize];
                         line.at(line.locate(moved))
                     }
-                    _ => shape.charts[chart[v] as usize].project_near(moved, under).point,
+                    _ => {
+                        let found = shape.charts[chart[v] as usize].project_facing(moved, *facing, under);
+                        *facing = found.normal;
+                        found.point
+                    }
                 }
             })
             .collect();

@@ -82,11 +82,23 @@ impl Chart {
     }
 }
 
-impl Reference for Chart {
-    fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint {
-        let found = self.closest.project_near(point, *under);
+impl Chart {
+    fn found(&self, found: Projection, under: &mut u32) -> SurfacePoint {
         *under = found.triangle;
         let normal = self.normals.get(found.triangle as usize).copied().unwrap_or(DVec3::Z);
         SurfacePoint { point: found.point, normal }
+    }
+}
+
+impl Reference for Chart {
+    fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint {
+        self.found(self.closest.project_near(point, *under), under)
+    }
+
+    fn project_facing(&self, point: DVec3, facing: DVec3, under: &mut u32) -> SurfacePoint {
+        match self.closest.project_facing(point, facing, *under) {
+            Some(found) => self.found(found, under),
+            None => self.project_near(point, under),
+        }
     }
 }

@@ -70,7 +70,7 @@ impl ClosestPoint {
     /// The nearest point of the surface to `p`. About O(log n).
     pub fn project(&self, p: DVec3) -> Projection {
         let nowhere = Projection { point: p, triangle: NONE, barycentric: [1.0, 0.0, 0.0], distance: f64::INFINITY };
-        if p.is_finite() { self.search(to_parry(p), f64::MAX).unwrap_or(nowhere) } else { nowhere }
+        if p.is_finite() { self.search(to_parry(p), f64::MAX, None).unwrap_or(nowhere) } else { nowhere }
     }
 
     /// The same as [`ClosestPoint::project`], faster when `hint` is a triangle near the answer.
@@ -80,16 +80,32 @@ impl ClosestPoint {
             return self.project(p);
         };
         let bound = near.squared_distance;
-        self.search(query, bound).unwrap_or_else(|| projection(hint, &near))
+        self.search(query, bound, None).unwrap_or_else(|| projection(hint, &near))
     }
 
-    /// The nearest point nearer than the square root of `bound`.
-    fn search(&self, query: Vector, bound: f64) -> Option<Projection> {
+    /// The same among the triangles that face as `facing` does, by less than a right angle; `None` where there are none.
+    pub fn project_facing(&self, p: DVec3, facing: DVec3, hint: u32) -> Option<Projection> {
+        let (query, facing) = (to_parry(p), to_parry(facing));
+        let near = ((hint as usize) < self.corners.len() && self.faces(hint, facing))
+            .then(|| projection(hint, &self.candidate(query, hint)));
+        let bound = near.map_or(f64::MAX, |near| near.distance * near.distance);
+        if p.is_finite() { self.search(query, bound, Some(facing)).or(near) } else { None }
+    }
+
+    fn faces(&self, t: u32, facing: Vector) -> bool {
+        let [a, b, c] = self.corners[t as usize];
+        (b - a).cross(c - a).dot(facing) > 0.0
+    }
+
+    /// The nearest point nearer than the square root of `bound`, on a triangle that faces as told.
+    fn search(&self, query: Vector, bound: f64, facing: Option<Vector>) -> Option<Projection> {
         let to_box = |node: &BvhNode, _: f64| {
             let outside = (node.mins() - query).max(query - node.maxs()).max(Vector::ZERO);
             outside.length_squared()
         };
-        let (triangle, found) = self.hierarchy.find_best(bound, to_box, |t, _| Some(self.candidate(query, t)))?;
+        let (triangle, found) = self.hierarchy.find_best(bound, to_box, |t, _| {
+            facing.is_none_or(|facing| self.faces(t, facing)).then(|| self.candidate(query, t))
+        })?;
         Some(projection(triangle, &found))
     }
 

@@ -212,7 +212,7 @@ impl<'a> Smoother<'a> {
             if q % 1024 == 0 {
                 monitor.check()?;
             }
-            *normal = self.normal(q, under);
+            *normal = self.normal(q, *normal, under);
             Ok(())
         };
         let done = fresh.par_iter_mut().zip(&mut under).enumerate().try_for_each(checked);
@@ -224,11 +224,14 @@ impl<'a> Smoother<'a> {
         self.patch.quads[q].map(|v| self.positions[v as usize])
     }
 
-    /// The normal of the surface below a quad.
-    fn normal(&self, q: usize, under: &mut u32) -> DVec3 {
+    /// The normal of the surface below a quad that had another `before`, or none.
+    fn normal(&self, q: usize, before: DVec3, under: &mut u32) -> DVec3 {
         let p = self.points(q);
         let surface = self.patch.surfaces[self.patch.surface_of[q] as usize];
-        surface.project_near((p[0] + p[1] + p[2] + p[3]) / 4.0, under).normal
+        if before == DVec3::ZERO {
+            return surface.normal_under(p, under);
+        }
+        surface.project_facing((p[0] + p[1] + p[2] + p[3]) / 4.0, before, under).normal
     }
 
     fn quality(&self, q: usize) -> f64 {
@@ -361,7 +364,7 @@ impl<'a> Smoother<'a> {
                     }
                 }
                 let mut under = self.under_quad[q];
-                self.normals[q] = self.normal(q, &mut under);
+                self.normals[q] = self.normal(q, self.normals[q], &mut under);
                 self.under_quad[q] = under;
             }
             if !moved {

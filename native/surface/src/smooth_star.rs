@@ -24,9 +24,21 @@ pub trait Reference: Sync {
     /// the one below it afterwards; a surface that has no triangles leaves it alone.
     fn project_near(&self, point: DVec3, under: &mut u32) -> SurfacePoint;
 
+    /// The same on the side that faces as `facing` does, where the surface has one: the closest point of a thin part may lie on its other
+    /// side.
+    fn project_facing(&self, point: DVec3, _facing: DVec3, under: &mut u32) -> SurfacePoint {
+        self.project_near(point, under)
+    }
+
     /// The same, where nothing is known.
     fn project(&self, point: DVec3) -> SurfacePoint {
         self.project_near(point, &mut { NONE })
+    }
+
+    /// The normal under the middle of a quad, on the side where its corners are: those lie on the surface.
+    fn normal_under(&self, corners: [DVec3; 4], under: &mut u32) -> DVec3 {
+        let facing = corners.iter().map(|&p| self.project_near(p, under).normal).sum();
+        self.project_facing(corners.iter().sum::<DVec3>() / 4.0, facing, under).normal
     }
 }
 
@@ -287,7 +299,8 @@ impl Star {
                 let mut under = self.under;
                 let places = [planar, planar * 0.4].into_iter().filter_map(|offset| {
                     let foot = surface.project_near(x + offset, &mut under);
-                    // The closest point of a thin part may lie on its other side.
+                    // The closest point of a thin part may lie on its other side. Going on to the nearest on this side, round the rim, was
+                    // worse: it overtook its neighbours.
                     (foot.normal.dot(normal) > 0.0).then_some((foot.point, 0.0))
                 });
                 let found = self.first_better(before, x, goal, places);

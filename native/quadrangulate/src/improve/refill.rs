@@ -7,14 +7,16 @@
 //! Suresh, "A robust combinatorial approach to reduce singularities in quadrilateral meshes", 2017; the patterns are
 //! those of the fillers.
 
+use super::editable::Editable;
 use super::grow::{Disk, Rim};
 use super::search::{FIRST_STEP, Search};
 use crate::fill::pattern_patches;
 use crate::flatten::{harmonic, uniform_weights};
 use crate::{DiskSurface, PatchTopology, PlaceError, place};
 use glam::DVec2;
-use mesh::{Cancelled, DVec3, Monitor, NONE, split_quad};
+use mesh::{Cancelled, DVec3, Monitor, NONE, TriangleMesh, split_quad};
 use std::collections::{BTreeMap, BTreeSet};
+use surface::closest::ClosestPoint;
 
 /// Passes over the irregular vertices at most.
 const PASSES: usize = 4;
@@ -35,6 +37,8 @@ const FLOOR: f64 = 0.2;
 /// The largest quad a pattern may bring, in areas wanted there, unless there was a larger one: few strips over a tip would
 /// cut it off.
 const LARGEST: f64 = 3.0;
+/// How far a pattern's quads may be from any of the vertices that they replace, in edge lengths wanted there.
+const MOST_LOST: f64 = 1.0;
 /// Sweeps that smooth a pattern.
 const SWEEPS: usize = 4;
 
@@ -215,7 +219,8 @@ impl<'s, 'a> Refill<'s, 'a> {
             let (badness, worst) = search.judge_quads(&new_quads);
             is_better = worst >= worst_before.min(FLOOR)
                 && badness - badness_before < WORTH * f64::from(gain)
-                && search.largest(&new_quads) <= largest_before.max(LARGEST);
+                && search.largest(&new_quads) <= largest_before.max(LARGEST)
+                && !loses(&search.mesh, &disk.vertices, &new_quads);
         }
         if !is_better {
             search.mesh.undo(mark);
@@ -274,4 +279,21 @@ impl<'s, 'a> Refill<'s, 'a> {
         let sizes = harmonic(&uniform_weights(&pattern.quads), &known, monitor)?;
         Ok(Some((places, sizes.into_iter().map(|size| size.x).collect())))
     }
+}
+/// Whether a tip that vertices were on, a tail thinner than the quads say, is far from all quads that take their place.
+fn loses(mesh: &Editable, before: &[u32], quads: &[u32]) -> bool {
+    let corners = || quads.iter().filter_map(|&q| mesh.quads[q as usize]);
+    let is_far = |v: &&u32| {
+        let (at, reach) = (mesh.positions[**v as usize], MOST_LOST * mesh.size[**v as usize]);
+        corners().flatten().all(|w| at.distance_squared(mesh.positions[w as usize]) > reach * reach)
+    };
+    let far: Vec<u32> = before.iter().filter(is_far).copied().collect();
+    if far.is_empty() {
+        return false;
+    }
+    let halves =
+        |quad: [u32; 4]| split_quad(quad.map(|v| mesh.positions[v as usize])).map(|half| half.map(|k| quad[k]));
+    let triangles = corners().flat_map(halves).collect();
+    let closest = ClosestPoint::new(&TriangleMesh { positions: mesh.positions.clone(), triangles });
+    far.iter().any(|&v| closest.project(mesh.positions[v as usize]).distance > MOST_LOST * mesh.size[v as usize])
 }

@@ -256,7 +256,7 @@ impl<'a> Search<'a> {
     fn refresh_normal(&mut self, q: u32) {
         if let Some(p) = self.points(q) {
             let surface = self.surfaces[self.mesh.surface_of[q as usize] as usize];
-            self.normals[q as usize] = surface.project((p[0] + p[1] + p[2] + p[3]) / 4.0).normal;
+            self.normals[q as usize] = surface.normal_under(p, &mut { NONE });
         }
     }
 
