@@ -22,8 +22,10 @@ const RINGS: usize = 3;
 /// An inverted quad that cannot be mended so is tried again with more rings and more states to look at.
 const MORE_RINGS: usize = 2;
 const MORE_BUDGET: usize = 2;
-/// No vertex of what is replaced may end up farther from what replaces it than this, in edge lengths.
+/// No vertex of what is replaced may end up farther from what replaces it than this, in edge lengths: where quads are inverted, and
+/// where they are badly shaped only.
 const MOST_LOST: f64 = 1.5;
+const MOST_LOST_FOR_SHAPE: f64 = 0.6;
 /// Places mended at most, and those tried in vain one after another before the rest is left: a surface without room for
 /// its quads has bad ones everywhere.
 const MOST_PLACES: usize = 60;
@@ -323,6 +325,8 @@ impl Region {
     ) -> Result<Option<Replacement>, LayoutError> {
         let (own, names) = self.patch(whole);
         let places = own.positions.clone();
+        let is_inverted = qualities(&own, setting.surfaces).iter().any(|quality| *quality <= INVERTED);
+        let most_lost = if is_inverted { MOST_LOST } else { MOST_LOST_FOR_SHAPE };
         let local = |v: u32| names.binary_search(&v).map_or(NONE, |i| i as u32);
         let inner: Vec<[u32; 2]> =
             self.sides.keys().filter(|side| features.contains(*side)).map(|side| side.map(local)).collect();
@@ -336,7 +340,7 @@ impl Region {
             // What lies there cannot be changed by itself; the quad is reported if it is inverted.
             Err(_) => return Ok(None),
         };
-        if lost(&places, &better.patch) > MOST_LOST {
+        if lost(&places, &better.patch) > most_lost {
             // It made room by giving up a finger or a horn.
             return Ok(None);
         }
