@@ -104,6 +104,21 @@ fn fewer_irregular_vertices_at_the_same_features() {
 }
 
 #[test]
+fn a_thin_wall_without_features_is_not_folded() {
+    // A pipe with a wall thinner than a quad is long, its rims round: the middle of a quad may be nearer to the other side of the wall.
+    let ring = testkit::shapes::torus(1.0, 0.04, 96, 64);
+    let pipe = ring.with_positions(ring.positions.iter().map(|p| DVec3::new(p.x, p.y, 50.0 * p.z)).collect());
+    let options = Options {
+        layout: LayoutOptions { size: Size::TargetFaces(600), ..LayoutOptions::default() },
+        ..Options::default()
+    };
+    let made = retopologize(&pipe, &Features::default(), &options, &Monitor::new()).unwrap();
+    assert_eq!(judge(&pipe, &made.mesh), Ok(0));
+    assert_eq!(made.report.inverted, 0);
+    assert!(made.report.scaled_jacobian_min > 0.1, "{}", made.report.scaled_jacobian_min);
+}
+
+#[test]
 fn painted_sizes_are_realised_between_features() {
     // A sheet with holes, whose right end wants edges a quarter as long as its left one; the holes hold counts up.
     let block = punched_block(9, 3, &[(1, 1), (3, 1), (5, 1), (7, 1)].into(), 2);

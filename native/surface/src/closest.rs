@@ -212,6 +212,22 @@ mod tests {
     }
 
     #[test]
+    fn finds_the_side_of_a_thin_plate_that_faces_as_told() {
+        // Two triangles 0.1 apart, back to back.
+        let below = [DVec3::ZERO, DVec3::Y, DVec3::X];
+        let above = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| p + 0.1 * DVec3::Z);
+        let positions = [below, above].concat();
+        let closest = ClosestPoint::new(&TriangleMesh { positions, triangles: vec![[0, 1, 2], [3, 4, 5]] });
+        let p = DVec3::new(0.2, 0.2, 0.02);
+        assert_eq!(closest.project(p).triangle, 0);
+        for hint in [NONE, 0, 1] {
+            assert_eq!(closest.project_facing(p, DVec3::Z, hint).unwrap().triangle, 1);
+            assert_eq!(closest.project_facing(p, -DVec3::Z, hint).unwrap().triangle, 0);
+            assert_eq!(closest.project_facing(p, DVec3::X, hint), None);
+        }
+    }
+
+    #[test]
     fn says_so_when_there_is_nothing_to_find() {
         let nothing = ClosestPoint::new(&TriangleMesh::default());
         assert_eq!(nothing.project(DVec3::ONE).triangle, NONE);
