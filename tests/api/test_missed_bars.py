@@ -65,7 +65,7 @@ def test_panels_far_off_and_unequal_edges_are_said():
     assert off[found["elements"]].min() > 0.03 - 0.005
     # Two triangles that touch, of few panels.
     mesh = quadloom.Mesh.from_polygons([[0, 0, 0], [2, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0]], [[0, 1, 2], [0, 3, 4]])
-    uneven = quadloom.tile_surface(mesh, 0.3)
+    uneven = quadloom.tile_surface(mesh, 0.9)
     points, faces = polygons(uneven.mesh)
     pairs = np.array(sorted({tuple(sorted(pair)) for pair in edge_uses(faces)}))
     lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)

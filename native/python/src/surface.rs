@@ -173,7 +173,7 @@ impl SurfaceResult {
 /// bar that is missed: "bar" (spread; planarity, as of the schedule; closeness, of the corners and the middle of each panel to the surface and
 /// of its vertices to the panels; or lines), "measured", "allowed", and "elements", the indices of faces or vertices ("kind") that miss it by themselves, the worst
 /// first. `report["taken_apart"]` has the vertices of the input where it touches itself: the panels are apart there, for a mesh that can
-/// be built is a manifold. `report["narrow_faces"]` has the faces of the input where larger panels turned over, when smaller or
+/// be built is a manifold, and `report["euler_characteristic"]` is that of the surface cut apart so. `report["narrow_faces"]` has the faces of the input where larger panels turned over, when smaller or
 /// more of them were made than asked for.
 ///
 /// Raises `InvalidMeshError` (no oriented surface, no area ...), `Cancelled`, or `QuadloomError` when a feature is no edge of
@@ -376,6 +376,7 @@ fn report<'py>(
     report.set_item("warnings", warnings)?;
     report.set_item("missed_bars", missed.iter().map(|bar| missed_item(py, bar)).collect::<PyResult<Vec<_>>>()?)?;
     report.set_item("taken_apart", &made.taken_apart)?;
+    report.set_item("euler_characteristic", made.tiling.euler_characteristic())?;
     report.set_item("narrow_faces", &made.narrow)?;
     let made = &made.tiling;
     report.set_item("edge_length", made.edge_length)?;
@@ -462,6 +463,10 @@ fn warnings(asked: PanelSize, partition: Partition, made: &PolygonTiling) -> Vec
         warnings.push(format!(
             "the surface touches itself at {touching} {vertices} ({}); the panels are apart there",
             named(&made.taken_apart)
+        ));
+        warnings.push(format!(
+            "cut apart there the surface has the Euler characteristic {}, which the panels keep",
+            made.tiling.euler_characteristic()
         ));
     }
     let narrow = &made.narrow;

@@ -4,7 +4,7 @@
 //! lengths only, and where panels have no room smaller ones are made. So lengths are tried, between those that make too many and those
 //! that make too few, and the best result is kept: the nearest to the number that meets the bars of [`crate::MissedBar`].
 
-use crate::surface::{Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_surface};
+use crate::surface::{Fill, Partition, ShapeOptions, SurfaceError, SurfaceOptions, SurfaceTiling, tile_in_room};
 use mesh::{Monitor, TriangleMesh};
 
 /// A number is met within this part, or as near to it as so many lengths come.
@@ -16,9 +16,8 @@ const ROUGH_TRIES: usize = 4;
 /// Lengths tried in all, fewer where more than so many panels would be made.
 pub(crate) const TRIES: usize = 6;
 const MOST_PANELS: u32 = 12_000;
-/// Lengths tried where the number is met and a bar is not: so much longer and shorter, twice as much next, so often.
-const JITTER: f64 = 0.02;
-const JITTERS: i32 = 3;
+/// Lengths tried where the number is met and a bar is not, as logarithms over the best: near ones, then ones that make more panels than asked for.
+const JITTERS: [f64; 5] = [0.02, -0.02, 0.04, -0.1, -0.25];
 /// Two lengths nearer to one another than this part are not worth another one between them.
 const SAME: f64 = 0.004;
 /// So many of the tries are kept for even panels.
@@ -85,8 +84,7 @@ impl Search {
             let failed = failed.min_by(|a, b| (a - best.0).abs().total_cmp(&(b - best.0).abs()));
             wish = Some(failed.map_or(best.0 + far, |failed| best.0.midpoint(failed))).filter(is_new);
         }
-        let steps = (1..=JITTERS).flat_map(|k| [f64::from(k), -f64::from(k)]);
-        let beside = || steps.map(|step| best.0 + JITTER * step).find(is_new);
+        let beside = || JITTERS.into_iter().map(|step| best.0 + step).find(is_new);
         wish.or_else(|| if goes_on { beside() } else { None }).map(f64::exp)
     }
 }
@@ -117,30 +115,41 @@ pub(crate) fn tile_to_count(
     let Guess { edge_length, mut narrow } = guess;
     let (mut asked, mut length, mut done) = (options.clone(), edge_length, 0.0);
     let tries = tries(count);
+    // The largest edges that had room.
+    let mut room = 0.0;
     for tried in 1..=tries {
         let until = done + 0.6 * (1.0 - done);
-        let made = monitor.within(done, until, || tile_surface(surface, length, &asked, monitor))?;
+        let made = monitor.within(done, until, || tile_in_room(surface, length, &asked, room, monitor))?;
         done = until;
-        let is_even = made.patch_graph.is_none();
-        let panels = made.mesh.face_count();
-        if is_even {
-            of_even.note(length, made.edge_length, panels);
-            if asked.partition == Partition::Paper {
-                of_patches.fail(length);
+        if asked.partition == Partition::Paper && made.as_ref().is_none_or(|made| made.patch_graph.is_none()) {
+            of_patches.fail(length);
+        }
+        if let Some(made) = made {
+            let is_even = made.patch_graph.is_none();
+            let panels = made.mesh.face_count();
+            if is_even {
+                of_even.note(length, made.edge_length, panels);
+                room = made.edge_length.max(room);
+            } else {
+                of_patches.note(length, made.edge_length, panels);
+            }
+            if !made.narrow.is_empty() {
+                narrow.clone_from(&made.narrow);
+            }
+            let missed = made.excess();
+            let wrong = of_even.off(panels).abs()
+                + missed
+                + if missed > 0.0 { A_MISS } else { 0.0 }
+                + if is_even && wants_patches { PATCHES_WORTH } else { 0.0 };
+            let has_no_room = is_even && !made.turned.is_empty();
+            if best.as_ref().is_none_or(|(least, _)| wrong < *least) {
+                best = Some((wrong, made));
+            }
+            if has_no_room {
+                break;
             }
         } else {
-            of_patches.note(length, made.edge_length, panels);
-        }
-        if !made.narrow.is_empty() {
-            narrow.clone_from(&made.narrow);
-        }
-        let missed = made.excess();
-        let wrong = of_even.off(panels).abs()
-            + missed
-            + if missed > 0.0 { A_MISS } else { 0.0 }
-            + if is_even && wants_patches { PATCHES_WORTH } else { 0.0 };
-        if best.as_ref().is_none_or(|(least, _)| wrong < *least) {
-            best = Some((wrong, made));
+            of_even.fail(length);
         }
         let least = best.as_ref().map_or(f64::INFINITY, |(least, _)| *least);
         if least < GOOD {
@@ -191,17 +200,28 @@ pub(crate) fn edge_length_of(
     let quick = SurfaceOptions { fill: Fill::Regular, shape, partition: Partition::Expansion, ..options.clone() };
     let mut search = Search::new(count);
     let (mut length, mut best, mut narrow) = (first, (f64::INFINITY, first), Vec::new());
+    let mut room = 0.0;
     for step in 0..ROUGH_TRIES {
         let [low, high] = [step, step + 1].map(|step| step as f64 / ROUGH_TRIES as f64);
-        let made = monitor.within(low, high, || tile_surface(surface, length, &quick, monitor))?;
-        let panels = made.mesh.face_count();
-        search.note(length, made.edge_length, panels);
-        let off = search.off(panels).abs();
-        if off < best.0 {
-            best = (off, made.edge_length);
-        }
-        if !made.narrow.is_empty() {
-            narrow = made.narrow;
+        let made = monitor.within(low, high, || tile_in_room(surface, length, &quick, room, monitor))?;
+        if let Some(made) = made {
+            if !made.turned.is_empty() {
+                // However small they are: shaped to the end some may have room.
+                narrow = made.narrow;
+                break;
+            }
+            let panels = made.mesh.face_count();
+            search.note(length, made.edge_length, panels);
+            room = made.edge_length.max(room);
+            let off = search.off(panels).abs();
+            if off < best.0 {
+                best = (off, made.edge_length);
+            }
+            if !made.narrow.is_empty() {
+                narrow = made.narrow;
+            }
+        } else {
+            search.fail(length);
         }
         let Some(next) = search.next(false) else { break };
         length = next;

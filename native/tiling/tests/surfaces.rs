@@ -63,6 +63,49 @@ fn a_torus_too_thin_for_its_panels_gets_smaller_ones() {
     assert!(result.edge_length < 0.6);
 }
 
+/// Standard deviation of the edge lengths over their mean.
+fn spread(mesh: &PolygonMesh) -> f64 {
+    let lengths: Vec<f64> = uses(mesh)
+        .into_keys()
+        .map(|edge| edge.map(|v| mesh.positions[v as usize]))
+        .map(|[p, q]| p.distance(q))
+        .collect();
+    let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+    (lengths.iter().map(|l| (l / mean - 1.0).powi(2)).sum::<f64>() / lengths.len() as f64).sqrt()
+}
+
+#[test]
+fn holes_of_the_size_of_a_panel_leave_panels_alike() {
+    // Twelve square holes of two panels across, 0.25 of spread before vertices were merged.
+    let sheet = shapes::sheet(40, 28);
+    let is_hole = |f: usize| [4, 5, 6].contains(&((f % 40) % 10)) && [3, 4, 5].contains(&((f / 40) % 9));
+    let faces: Vec<Vec<u32>> =
+        sheet.faces().enumerate().filter(|(f, _)| !is_hole(*f)).map(|(_, face)| face.to_vec()).collect();
+    let mesh = PolygonMesh::from_polygons(sheet.positions, &faces).expect("a sheet");
+    let result = assert_sound("holes", &mesh, 1.5);
+    assert!(spread(&result.mesh) < 0.2, "{}", spread(&result.mesh));
+    assert_eq!(result.missed_bars(), []);
+}
+
+#[test]
+fn the_tip_of_a_cone_is_kept() {
+    let rings =
+        (1..=16).flat_map(|k| (0..40).map(move |j| (f64::from(k) / 16.0, f64::from(j) * std::f64::consts::TAU / 40.0)));
+    let rim = rings.map(|(r, turn)| DVec3::new(r * turn.cos(), r * turn.sin(), 2.0 - 1.6 * r));
+    let tip = DVec3::new(0.0, 0.0, 2.0);
+    let positions: Vec<DVec3> = std::iter::once(tip).chain(rim).collect();
+    let at = |ring: u32, j: u32| 1 + 40 * ring + j % 40;
+    let mut faces: Vec<Vec<u32>> = (0..40).map(|j| vec![0, at(0, j), at(0, j + 1)]).collect();
+    faces.extend(
+        (0..600).map(|k| (k / 40, k % 40)).map(|(k, j)| vec![at(k, j), at(k + 1, j), at(k + 1, j + 1), at(k, j + 1)]),
+    );
+    let mesh = PolygonMesh::from_polygons(positions, &faces).expect("a cone");
+    let result = assert_sound("cone", &mesh, 0.12);
+    let off = result.mesh.positions.iter().map(|p| p.distance(tip)).fold(f64::INFINITY, f64::min);
+    assert!(off < 1e-9, "{off}");
+    assert_eq!(result.missed_bars(), []);
+}
+
 #[test]
 fn borders_lie_on_borders_and_corners_stay() {
     let sheet = shapes::sheet(9, 6);

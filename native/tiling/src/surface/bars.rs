@@ -10,8 +10,10 @@
 
 use super::SurfaceError;
 use super::curve::Curve;
+use super::merge::merged;
 use super::panels::planarity;
 use super::pattern::{Pattern, Place};
+use super::regular::mean_edge;
 use super::shape::{ShapeOptions, Shaped, shape};
 use mesh::{Aabb, DVec3, Monitor, TriangleMesh};
 use std::collections::{BTreeMap, BTreeSet};
@@ -36,6 +38,16 @@ const EVEN: f64 = 0.5;
 /// The weights of planarity tried one after another where quads are too bent, and the rounds they take to have their effect: the
 /// stiffer, the slower.
 const FLAT: [(f64, usize); 3] = [(40.0, 60), (80.0, 120), (120.0, 160)];
+
+/// How often vertices are merged, and the part of the panels that may be turned over for it: where more are, the surface has no room for
+/// panels of that size.
+const MERGINGS: usize = 6;
+const MOST_TURNED: f64 = 0.05;
+
+/// How often vertices are pinned to points of the surface that the mesh misses, how far apart at a time, and from how far, in edges.
+const PINNINGS: usize = 4;
+const PINS_APART: f64 = 2.0;
+const PIN_FROM: f64 = 2.5;
 
 /// How often corners are loosened for panels that are turned over.
 const LOOSENINGS: usize = 2;
@@ -119,13 +131,17 @@ impl Quality {
         }
     }
 
+    /// The distance of the panel that is farthest from the surface, in diagonals of the mesh.
+    fn distance(&self) -> f64 {
+        most(&self.off_surface)
+    }
+
     /// Every bar with what was measured, what is allowed, and what was measured of each element.
     fn measured(&self) -> [(Bar, f64, f64, &[f64]); 4] {
-        let most = |distances: &[f64]| distances.iter().copied().fold(0.0, f64::max);
         [
             (Bar::Spread, self.spread, MOST_SPREAD, &self.uneven),
             (Bar::Planarity, self.bent, MOST_BENT, &self.bends),
-            (Bar::Closeness, most(&self.off_surface), MOST_DISTANCE, &self.off_surface),
+            (Bar::Closeness, self.distance(), MOST_DISTANCE, &self.off_surface),
             (Bar::Lines, most(&self.off_line), MOST_OFF_LINE, &self.off_line),
         ]
     }
@@ -146,6 +162,10 @@ impl Quality {
             })
             .collect()
     }
+}
+
+fn most(distances: &[f64]) -> f64 {
+    distances.iter().copied().fold(0.0, f64::max)
 }
 
 /// Corners of the border at panels that are turned over, each with a curve along which it may slide instead: on a jagged border there is
@@ -177,16 +197,75 @@ fn loosened(pattern: &Pattern, turned: &[u32]) -> BTreeMap<u32, u32> {
     found.collect()
 }
 
-/// Puts the pattern on the surface and shapes it with the weights asked for, and with others where these leave it above a bar.
+/// Merges vertices that are too near to one another, where a bar is missed or panels are turned over, as long as that helps.
+fn merge(
+    surface: &TriangleMesh,
+    curves: &[Curve],
+    pattern: &mut Pattern,
+    best: &mut Shaped,
+    options: ShapeOptions,
+    monitor: &Monitor,
+) -> Result<bool, SurfaceError> {
+    let (mut tried, mut turned, mut is_any, mut in_vain) = (pattern.clone(), best.turned.clone(), false, 0);
+    for _ in 0..MERGINGS {
+        if best.excess() <= 0.0 || in_vain > 1 || turned.len() as f64 > MOST_TURNED * tried.tiles.len() as f64 {
+            break;
+        }
+        let Some(fewer) = merged(&tried, &turned) else { break };
+        tried = fewer;
+        let shaped = shape(surface, curves, &mut tried, options, monitor)?;
+        turned.clone_from(&shaped.turned);
+        in_vain += 1;
+        if shaped.excess() < best.excess() {
+            (*best, *pattern, is_any, in_vain) = (shaped, tried.clone(), true, 0);
+        }
+    }
+    Ok(is_any)
+}
+
+/// Pins the nearest vertices to the points of the surface that the mesh is farthest from, the tips and rims that panels cut off; whether there
+/// are any.
+fn pin(surface: &TriangleMesh, pattern: &mut Pattern, far: &[(f64, u32)]) -> bool {
+    let uses = pattern.edge_uses();
+    let mut is_by_curve = vec![false; pattern.positions.len()];
+    for &[a, b] in uses.keys() {
+        for (v, w) in [(a, b), (b, a)] {
+            is_by_curve[v as usize] |= pattern.places[w as usize] != Place::Free;
+        }
+    }
+    let edge = mean_edge(&pattern.tiles, &pattern.positions);
+    let mut pins: Vec<DVec3> = Vec::new();
+    for &(_, v) in far {
+        let p = surface.positions[v as usize];
+        if pins.iter().any(|pin| pin.distance(p) < PINS_APART * edge) {
+            continue;
+        }
+        let free = (0..pattern.positions.len()).filter(|&v| pattern.places[v] == Place::Free && !is_by_curve[v]);
+        let near = free.map(|v| (pattern.positions[v].distance(p), v)).min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, v)) = near.filter(|near| near.0 < PIN_FROM * edge) {
+            (pattern.positions[v], pattern.places[v]) = (p, Place::Fixed);
+            pins.push(p);
+        }
+    }
+    !pins.is_empty()
+}
+
+/// Puts the pattern on the surface and shapes it with the weights asked for, and with others where these leave it above a bar. If it
+/// may, it merges vertices for that: the pattern then has fewer tiles.
 pub(super) fn shape_to_bars(
     surface: &TriangleMesh,
     curves: &[Curve],
     pattern: &mut Pattern,
     options: ShapeOptions,
+    may_merge: bool,
     monitor: &Monitor,
 ) -> Result<Shaped, SurfaceError> {
-    let laid = pattern.positions.clone();
+    let mut laid = pattern.positions.clone();
     let mut best = shape(surface, curves, pattern, options, monitor)?;
+    let may_merge = may_merge && options.rounds > 0;
+    if may_merge && merge(surface, curves, pattern, &mut best, options, monitor)? {
+        laid.clone_from(&pattern.positions);
+    }
     for _ in 0..LOOSENINGS {
         let corners = loosened(pattern, &best.turned);
         if corners.is_empty() {
@@ -203,6 +282,9 @@ pub(super) fn shape_to_bars(
             break;
         }
         best = shaped;
+        if may_merge && merge(surface, curves, pattern, &mut best, options, monitor)? {
+            laid.clone_from(&pattern.positions);
+        }
     }
     if !best.turned.is_empty() || best.quality.excess() <= 0.0 {
         return Ok(best);
@@ -229,6 +311,20 @@ pub(super) fn shape_to_bars(
         if again(pattern, &mut best, Some(&laid), even)? {
             weights = even;
         }
+    }
+    for _ in 0..PINNINGS {
+        if best.quality.distance() <= MOST_DISTANCE {
+            break;
+        }
+        let mut tried = pattern.clone();
+        if !pin(surface, &mut tried, &best.far) {
+            break;
+        }
+        let shaped = shape(surface, curves, &mut tried, weights, monitor)?;
+        if shaped.excess() >= best.excess() {
+            break;
+        }
+        (best, *pattern) = (shaped, tried);
     }
     let chosen = [options.planarity, options.closeness].map(f64::to_bits);
     if options.flattening_rounds > 0 && chosen == [default.planarity, default.closeness].map(f64::to_bits) {

@@ -2,10 +2,13 @@
 
 use super::{STEP, SurfaceError, SurfaceOptions};
 use mesh::{Aabb, DVec3, Monitor, NONE, Topology, TriangleMesh, check, sorted};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Most panels that a call may be asked for: some minutes and gigabytes.
 const MOST_PANELS: f64 = 2e6;
+
+/// A sharp line between two others is too short below this part of what a loose one is: an edge of a panel.
+const BETWEEN: f64 = 0.37;
 
 /// A manifold surface.
 pub(super) struct Input {
@@ -50,33 +53,82 @@ impl Input {
     }
 }
 
-/// Sharp edges less those that hang together with others in a box smaller than `least` across: smaller than a step of the coarse
-/// triangulation they are flaws of the mesh (slivers, noise), and panels would be bent or turned over at them.
+/// Sharp edges less those that panels cannot follow: lines shorter than `least` that end in nothing, lines between two others shorter than
+/// a part of it, and what hangs together in a box smaller than `least` across. Smaller than a step of the coarse triangulation they are flaws
+/// of the mesh (slivers, noise), and panels would be bent or turned over at them.
 pub(crate) fn without_crumbs(sharp: &[[u32; 2]], positions: &[DVec3], least: f64) -> Vec<[u32; 2]> {
+    let mut left: BTreeSet<[u32; 2]> = sharp.iter().map(|&[a, b]| sorted(a, b)).collect();
+    loop {
+        let lines = sharp_lines(&left, positions);
+        let mut short: Vec<&SharpLine> = lines.iter().filter(|line| line.is_loose && line.length < least).collect();
+        if short.is_empty() {
+            // Of those that meet the shortest only: two others may be one without it.
+            let mut shortest: BTreeMap<u32, f64> = BTreeMap::new();
+            let wanted = || lines.iter().filter(|line| !line.is_loose && line.length < BETWEEN * least);
+            for line in wanted() {
+                for end in line.ends {
+                    let length = shortest.entry(end).or_insert(line.length);
+                    *length = length.min(line.length);
+                }
+            }
+            short = wanted().filter(|line| line.ends.iter().all(|end| line.length <= shortest[end])).collect();
+        }
+        if short.is_empty() {
+            break;
+        }
+        short.into_iter().flat_map(|line| &line.edges).for_each(|edge| {
+            left.remove(edge);
+        });
+    }
+    sharp.iter().copied().filter(|&[a, b]| left.contains(&sorted(a, b))).collect()
+}
+
+/// Edges one after another between two vertices at which it is not two that meet; of a loop without any, all of them.
+struct SharpLine {
+    edges: Vec<[u32; 2]>,
+    ends: [u32; 2],
+    /// Of a line that is all there is, or a loop, the size of its box.
+    length: f64,
+    /// Whether it ends somewhere, or meets no other.
+    is_loose: bool,
+}
+
+fn sharp_lines(edges: &BTreeSet<[u32; 2]>, positions: &[DVec3]) -> Vec<SharpLine> {
     let mut beside: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for &[a, b] in sharp {
+    for &[a, b] in edges {
         beside.entry(a).or_default().push(b);
         beside.entry(b).or_default().push(a);
     }
-    let mut is_large: BTreeMap<u32, bool> = BTreeMap::new();
-    for &start in beside.keys() {
-        if is_large.contains_key(&start) {
-            continue;
-        }
-        is_large.insert(start, false);
-        let mut part = vec![start];
-        let mut next = 0;
-        while let Some(v) = part.get(next) {
-            let met = beside[v].iter().copied().filter(|&w| is_large.insert(w, false).is_none());
-            part.extend(met.collect::<Vec<_>>());
-            next += 1;
-        }
-        let across = Aabb::of(part.iter().map(|&v| positions[v as usize])).diagonal();
-        for v in part {
-            is_large.insert(v, across >= least);
+    let mut left = edges.clone();
+    let mut lines = Vec::new();
+    let starts = beside.iter().filter(|(_, beside)| beside.len() != 2).chain(beside.iter());
+    for (&start, around) in starts {
+        for &first in around {
+            if !left.remove(&sorted(start, first)) {
+                continue;
+            }
+            let (mut path, mut before, mut here) = (vec![start, first], start, first);
+            while let [one, other] = beside[&here][..] {
+                let next = if one == before { other } else { one };
+                if !left.remove(&sorted(here, next)) {
+                    break;
+                }
+                path.push(next);
+                (before, here) = (here, next);
+            }
+            let at = |v: u32| positions[v as usize];
+            let degrees = [start, here].map(|v| beside[&v].len());
+            let is_alone = degrees.iter().all(|&degree| degree <= 2);
+            let length = if is_alone {
+                Aabb::of(path.iter().map(|&v| at(v))).diagonal()
+            } else {
+                path.windows(2).map(|w| at(w[0]).distance(at(w[1]))).sum()
+            };
+            let edges = path.windows(2).map(|w| sorted(w[0], w[1])).collect();
+            lines.push(SharpLine { edges, ends: [start, here], length, is_loose: is_alone || degrees.contains(&1) });
         }
     }
-    sharp.iter().copied().filter(|[a, _]| is_large[a]).collect()
+    lines
 }
 
 fn check_surface(surface: &TriangleMesh, monitor: &Monitor) -> Result<(), SurfaceError> {
@@ -162,5 +214,17 @@ mod tests {
         assert_eq!(without_crumbs(&sharp, &positions, 2.5), [[2, 1], [0, 1], [2, 3]]);
         assert_eq!(without_crumbs(&sharp, &positions, 2.0), sharp);
         assert!(without_crumbs(&sharp, &positions, 3.5).is_empty());
+    }
+
+    #[test]
+    fn short_lines_that_end_in_nothing_or_join_two_others_are_crumbs() {
+        // Two lines of five edges side by side, joined by a rung; at the first a whisker of two edges.
+        let mut positions: Vec<DVec3> =
+            (0..12).map(|k| DVec3::new(f64::from(k % 6), f64::from(k / 6) / 2.0, 0.0)).collect();
+        positions.extend([DVec3::new(3.0, -0.5, 0.0), DVec3::new(3.0, -1.0, 0.0)]);
+        let lines: Vec<[u32; 2]> = (0..5).flat_map(|k| [[k, k + 1], [6 + k, 7 + k]]).collect();
+        let all: Vec<[u32; 2]> = lines.iter().copied().chain([[2, 8], [3, 12], [12, 13]]).collect();
+        assert_eq!(without_crumbs(&all, &positions, 2.0), lines);
+        assert_eq!(without_crumbs(&all, &positions, 0.9), all);
     }
 }

@@ -11,7 +11,7 @@
 //! twentieth of the pattern's are.
 //!
 //! Stages: `curve` and `coarse` (borders and marked edges at equal steps, triangulation between), `pattern` (tiles by
-//! index, so borders of patches are shared without stitching), `fill` (4.2.2: other tilings of the same surface), `shape` (4.2.4), `panels` (what a schedule needs).
+//! index, so borders of patches are shared without stitching), `fill` (4.2.2: other tilings of the same surface), `shape` (4.2.4), `merge` (fewer vertices where there is no room), `panels` (what a schedule needs).
 //!
 //! **The paper's own way** ([`Partition::Paper`]) has fewer irregular vertices, larger patches and no seam along the border, but may
 //! find nothing. Stages: `cut` and `chart` (disks laid flat), `layout` (corners), `partition` (Algorithm 1; `guided` by hand;
@@ -42,6 +42,7 @@ mod inscribe;
 mod lattices;
 mod layout;
 mod lengths;
+mod merge;
 mod panels;
 mod paper;
 mod partition;
@@ -96,6 +97,9 @@ const CURVE_STEP: f64 = 2.85;
 /// Steps tried, as fractions of the one asked for, until no panel is turned over: where the surface has too little room for
 /// the panels, as on a tube of two panels around, smaller ones fit. Where sixteen times as many are turned over still, room is not what lacks.
 const SMALLER: [f64; 14] = [1.0, 0.97, 0.93, 0.89, 0.85, 0.8, 0.75, 0.68, 0.6, 0.52, 0.45, 0.39, 0.33, 0.25];
+
+/// 360 degrees in units of 30.
+const FULL_TURN: i32 = 12;
 
 /// A patch graph whose mesh has no more flaws than this is taken without looking at others ([`SurfaceTiling::flaws`]).
 const FEW_FLAWS: f64 = 0.15;
@@ -349,6 +353,11 @@ impl SurfaceTiling {
         self.quality.missed()
     }
 
+    /// Vertices less edges plus faces of the mesh: those of the surface, cut apart where it touches itself in a vertex.
+    pub fn euler_characteristic(&self) -> i32 {
+        self.defects.iter().map(|defect| defect.1).sum::<i32>() / FULL_TURN
+    }
+
     /// By how much the mesh misses its bars, in bars summed; 0 where it meets all. Panels turned over are a bar each.
     pub(crate) fn excess(&self) -> f64 {
         self.quality.excess() + self.turned.len() as f64
@@ -383,6 +392,17 @@ pub fn tile_surface(
     options: &SurfaceOptions,
     monitor: &Monitor,
 ) -> Result<SurfaceTiling, SurfaceError> {
+    tile_in_room(surface, edge_length, options, 0.0, monitor)?.ok_or(SurfaceError::Empty)
+}
+
+/// As [`tile_surface`], where it is known what comes of asking for the edge length `room`; `None` where no panels larger than those have room.
+pub(crate) fn tile_in_room(
+    surface: &TriangleMesh,
+    edge_length: f64,
+    options: &SurfaceOptions,
+    room: f64,
+    monitor: &Monitor,
+) -> Result<Option<SurfaceTiling>, SurfaceError> {
     let mut stages: Vec<(&'static str, Duration)> =
         ["check", "triangulate", "expand", "shape", "measure"].map(|s| (s, Duration::ZERO)).to_vec();
     let mut start = Instant::now();
@@ -397,16 +417,23 @@ pub fn tile_surface(
         && let Some(tiling) = of_patches(&input, edge_length, options, &mut lap, monitor)?
     {
         lap(4);
-        return Ok(SurfaceTiling { stages, ..tiling });
+        return Ok(Some(SurfaceTiling { stages, ..tiling }));
     }
     let mut attempts = Vec::new();
+    let mut is_sound = false;
     for smaller in SMALLER {
+        if room < edge_length && smaller * edge_length <= room {
+            break;
+        }
         let attempt = Attempt::new(&input, smaller * edge_length, options, &mut lap, monitor)?;
-        let is_sound = attempt.shaped.turned.is_empty();
+        is_sound = attempt.shaped.turned.is_empty();
         attempts.push(attempt);
         if is_sound {
             break;
         }
+    }
+    if !is_sound && room > 0.0 && room < edge_length {
+        return Ok(None);
     }
     // The largest panels among those with the fewest turned over.
     let Some(place) = (0..attempts.len()).min_by_key(|&place| attempts[place].shaped.turned.len()) else {
@@ -419,7 +446,7 @@ pub fn tile_surface(
     let (defects, interior_vertices) = panels::defects(&mesh);
     let panels = Panel::all(&mesh, &kinds);
     lap(4);
-    Ok(SurfaceTiling {
+    Ok(Some(SurfaceTiling {
         edge_length: best.edge_length,
         patch_graph: None,
         patch_tiles: None,
@@ -439,7 +466,7 @@ pub fn tile_surface(
         edit: Edit::default(),
         stages,
         kept: None,
-    })
+    }))
 }
 
 /// The mesh of the best patch graph found; `None` where there is none, or panels of all would turn over.
@@ -512,7 +539,7 @@ impl Attempt {
             refilled = fill::refill(&mut pattern, patch_panels, options.fill.seed(), monitor)?;
         }
         lap(2);
-        let shaped = bars::shape_to_bars(&input.mesh, &coarse.curves, &mut pattern, options.shape, monitor)?;
+        let shaped = bars::shape_to_bars(&input.mesh, &coarse.curves, &mut pattern, options.shape, true, monitor)?;
         lap(3);
         Ok(Self { edge_length, pattern, shaped, refilled })
     }

@@ -117,7 +117,8 @@ impl Paper {
         }
         lap(2);
         let curves = &ground.layout.curves;
-        let shaped = bars::shape_to_bars(&ground.input.mesh, curves, &mut pattern, ground.options.shape, monitor)?;
+        let shaped =
+            bars::shape_to_bars(&ground.input.mesh, curves, &mut pattern, ground.options.shape, false, monitor)?;
         lap(3);
         Ok(Self { ground, paving, pattern, kinds, shaped, refilled })
     }

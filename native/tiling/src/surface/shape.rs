@@ -136,11 +136,24 @@ struct Shaper<'a> {
     normals: Vec<DVec3>,
 }
 
+/// Vertices of the surface with their distances from a mesh.
+pub(super) type Far = Vec<(f64, u32)>;
+
 /// What came of shaping.
 pub(super) struct Shaped {
     /// Tiles that are turned over.
     pub turned: Vec<u32>,
     pub quality: Quality,
+    /// Vertices of the surface with their distance from the tiles, those that are off by most first, and none that is off by less than half of
+    /// that.
+    pub far: Far,
+}
+
+impl Shaped {
+    /// By how much the bars are missed, in bars; each panel that is turned over is one.
+    pub fn excess(&self) -> f64 {
+        self.quality.excess() + self.turned.len() as f64
+    }
 }
 
 /// Puts the pattern on the surface and shapes it.
@@ -215,11 +228,11 @@ pub(super) fn shape(
         }
     }
     let turned = shaper.turned(&positions);
-    let off_surface = shaper.off_surface(&positions, monitor)?;
+    let (off_surface, far) = shaper.off_surface(&positions, monitor)?;
     let off_line = shaper.off_curves(&positions);
     let quality = Quality::of(&positions, &pattern.tiles, &shaper.edges, off_surface, off_line);
     pattern.positions = positions;
-    Ok(Shaped { turned, quality })
+    Ok(Shaped { turned, quality, far })
 }
 
 impl Shaper<'_> {
@@ -251,8 +264,8 @@ impl Shaper<'_> {
     }
 
     /// Of each tile the greatest distance to the surface, of its corners and its middle, and from the surface, of those of its vertices that
-    /// are nearest to the tile.
-    fn off_surface(&self, positions: &[DVec3], monitor: &Monitor) -> Result<Vec<f64>, SurfaceError> {
+    /// are nearest to the tile; and which of these are off by at least half as much as any, with their distances.
+    fn off_surface(&self, positions: &[DVec3], monitor: &Monitor) -> Result<(Vec<f64>, Far), SurfaceError> {
         let own = |tile: &Vec<u32>| {
             let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
             let points = tile.iter().map(|&v| positions[v as usize]).chain([middle]);
@@ -263,7 +276,7 @@ impl Shaper<'_> {
             TriangleMesh::from_polygons(&PolygonMesh::from_polygons(positions.to_vec(), &self.pattern.tiles)?);
         let tiles = ClosestPoint::new(&mesh);
         let used: BTreeSet<u32> = self.surface.triangles.iter().flatten().copied().collect();
-        let mut near = NONE;
+        let (mut near, mut far) = (NONE, Vec::new());
         for (k, v) in used.into_iter().enumerate() {
             if k % 1024 == 0 {
                 monitor.check()?;
@@ -273,9 +286,13 @@ impl Shaper<'_> {
             if near != NONE {
                 let off = &mut off[tile_of[near as usize] as usize];
                 *off = off.max(found.distance);
+                far.push((found.distance, v));
             }
         }
-        Ok(off)
+        far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let most = far.first().map_or(0.0, |far| far.0);
+        far.truncate(far.partition_point(|&(distance, _)| distance >= most / 2.0));
+        Ok((off, far))
     }
 
     /// Distance of each vertex from its curve, wherever on it; 0 of those on none.

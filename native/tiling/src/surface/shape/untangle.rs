@@ -18,6 +18,9 @@ const RINGS: [usize; 4] = [2, 3, 4, 6];
 /// Sweeps of putting each vertex at the mean of its neighbours: twice the greatest number of edges across what is smoothed, and more.
 const SWEEPS: usize = 40;
 
+/// The part of the tiles that may be turned over for it: where more are, there is no room for tiles of that size.
+const MOST_TURNED: f64 = 0.3;
+
 /// Rounds of shaping after each.
 const ROUNDS: usize = 20;
 
@@ -31,7 +34,7 @@ impl Shaper<'_> {
     ) -> Result<(), SurfaceError> {
         let mut turned = self.turned(positions);
         for rings in RINGS {
-            if turned.is_empty() {
+            if turned.is_empty() || turned.len() as f64 > MOST_TURNED * self.pattern.tiles.len() as f64 {
                 break;
             }
             let mut tried = positions.clone();
