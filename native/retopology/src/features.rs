@@ -250,7 +250,9 @@ fn drop_short(
         between.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, ends, curve) in between {
             if ends.iter().all(|&v| degree[v] > 2) {
-                ends.iter().for_each(|&v| degree[v] -= 1);
+                for v in ends {
+                    degree[v] -= 1;
+                }
                 dropped.extend(curve.into_iter().filter(|edge| edges.remove(edge).is_some()));
             }
         }

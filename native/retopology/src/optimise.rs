@@ -144,17 +144,13 @@ pub(crate) fn pull(
             .enumerate()
             .map(|(i, (&v, (under, facing)))| {
                 let moved = DVec3::new(columns[0][i], columns[1][i], columns[2][i]);
-                match shape.constraints[v] {
-                    Constraint::OnChain(line) => {
-                        let line = &shape.lines[line as usize];
-                        line.at(line.locate(moved))
-                    }
-                    _ => {
-                        let found = shape.charts[chart[v] as usize].project_facing(moved, *facing, under);
-                        *facing = found.normal;
-                        found.point
-                    }
+                if let Constraint::OnChain(line) = shape.constraints[v] {
+                    let line = &shape.lines[line as usize];
+                    return line.at(line.locate(moved));
                 }
+                let found = shape.charts[chart[v] as usize].project_facing(moved, *facing, under);
+                *facing = found.normal;
+                found.point
             })
             .collect();
         advance(shape, &around, &unknown, &feet, positions);
