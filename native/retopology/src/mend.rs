@@ -32,7 +32,8 @@ const MOST_PLACES: usize = 60;
 const MOST_IN_VAIN: usize = 12;
 /// Where more than one quad in so many is bad, only inverted ones are mended, and tried once: there is no room.
 const MOST_BAD: usize = 20;
-/// For quads that are not inverted the number of quads changes by one in so many at most.
+/// The number of quads changes by one in so many at most, for quads that are inverted, and for others.
+const MOST_DRIFT_FOR_INVERTED: usize = 32;
 const MOST_DRIFT: usize = 50;
 /// Places mended at once.
 const AT_ONCE: usize = 8;
@@ -104,10 +105,10 @@ pub(crate) fn mend(
             let least_old = least(&old);
             let better = found.filter(|found| {
                 let after = count + found.patch.quads.len() - region.quads.len();
-                let drifts = after.abs_diff(wanted) > count.abs_diff(wanted).max(wanted / MOST_DRIFT);
+                let drifts = |part: usize| after.abs_diff(wanted) > count.abs_diff(wanted).max(wanted / part);
                 let is_better = found.least() > least_old + 1e-6
                     || found.least() >= least_old && shortfall(&old) > shortfall(&found.qualities) + LEAST_GAIN;
-                is_better && (least_old <= INVERTED || !drifts)
+                is_better && !drifts(if least_old <= INVERTED { MOST_DRIFT_FOR_INVERTED } else { MOST_DRIFT })
             });
             let Some(better) = better else {
                 // The search had its chance at all of the region's bad quads, not at the first only.
