@@ -295,7 +295,9 @@ def retopologize(
     """An all-quad mesh of a surface in which marked edges are chains of edges and corners of features stay where they are.
     Open borders are features without being marked.
 
-    feature_edges: (E, 2) vertex pairs, edges of faces, each given once; None for none.
+    feature_edges: (E, 2) vertex pairs, edges of faces, each given once; None for none. What leaves no room for quads of the size
+        is left out and reported: parts shorter than half an edge, and where corners are more than one for ten quads the
+        shortest curves.
     feature_verts: (N,) vertices that stay vertices where they are; None for none.
     target_faces: how many quads, 1 to 4,000,000.
     edge_length: longest edges where the density is 1, shorter where the surface bends, in place of target_faces; scene units.
