@@ -3,6 +3,7 @@
 use crate::base_error::RetopologyError;
 use crate::detect;
 use crate::features::Crumbs;
+use crate::sizing::scaled_area;
 use mesh::TriangleMesh;
 
 /// How coarse the base is and where its corners are.
@@ -56,11 +57,7 @@ impl BaseOptions {
     pub(crate) fn crumbs(&self, mesh: &TriangleMesh) -> Crumbs {
         let Some(edge) = self.final_edge else { return Crumbs::NONE };
         let shorter_than = self.least_feature * edge * self.smallest();
-        let size = |v: &u32| self.density.get(*v as usize).copied().unwrap_or(1.0);
-        let quads = |(t, corners): (usize, &[u32; 3])| {
-            mesh.area_normal(t).length() / 2.0 / (edge * corners.iter().map(size).sum::<f64>() / 3.0).powi(2)
-        };
-        let quads: f64 = mesh.triangles.iter().enumerate().map(quads).sum();
+        let quads = scaled_area(mesh, |v| self.density.get(v as usize).copied().unwrap_or(1.0)) / edge.powi(2);
         Crumbs { shorter_than, most_corners: (quads / QUADS_A_CORNER) as usize }
     }
 

@@ -19,6 +19,7 @@ use crate::division::parts;
 use crate::error::LayoutError;
 use crate::lines::divided;
 use crate::patch::{Patch, Plan};
+use crate::sizing::scaled_area;
 use crate::templates::{Chosen, TemplateError};
 use mesh::{DVec3, Monitor, NONE};
 use quadrangulate::Filler;
@@ -151,7 +152,7 @@ fn count_for(
     monitor: &Monitor,
 ) -> Result<(Counts, f64), LayoutError> {
     let Plan { base, size, .. } = plan;
-    let area = scaled_area(base, size);
+    let area = scaled_area(&base.surface, |v| size[v as usize]);
     let start = match wanted {
         Size::EdgeLength(h) if h > 0.0 && h.is_finite() => h,
         Size::EdgeLength(_) => return Err(LayoutError::BadOption { option: "edge length", expected: "positive" }),
@@ -259,13 +260,6 @@ fn beside(
     let counts = best.map_or_else(Vec::new, |(_, counts)| counts);
     let of_edge = (0..plan.base.edges.len() as u32).map(|e| sides.along(e, &counts)).collect();
     Ok(Counts { of_edge, edge_length: h })
-}
-
-/// Area of the surface in units of the relative size there.
-pub(crate) fn scaled_area(base: &Base, size: &[f64]) -> f64 {
-    let mean = |t: &[u32; 3]| t.iter().map(|&v| size[v as usize]).sum::<f64>() / 3.0;
-    let triangles = base.surface.triangles.iter().enumerate();
-    triangles.map(|(i, t)| base.surface.area_normal(i).length() / 2.0 / mean(t).powi(2)).sum()
 }
 
 impl<'a> Sides<'a> {

@@ -128,11 +128,18 @@ pub fn network(
     crumbs: Crumbs,
 ) -> Result<Network, RetopologyError> {
     let edges = feature_edges(topology, features)?;
+    let unused = |v: u32| topology.outgoing.get(v as usize).is_none_or(|&h| h == NONE);
+    let lost: Vec<u32> =
+        (0..features.vertices.len() as u32).filter(|&k| unused(features.vertices[k as usize])).collect();
+    if !lost.is_empty() {
+        return Err(RetopologyError::VertexOffSurface { features: lost });
+    }
+    let network = |least| network_of(mesh, &features.vertices, corner_angle, edges.clone(), least);
     let mut least = crumbs.shorter_than;
-    let mut found = network_of(mesh, topology, features, corner_angle, edges.clone(), [least, 0.0])?;
+    let mut found = network([least, 0.0]);
     while found.corners.len() > crumbs.most_corners && least < 0.99 * MOST_GROWTH * crumbs.shorter_than {
         least *= GROWTH;
-        found = network_of(mesh, topology, features, corner_angle, edges.clone(), [least, least])?;
+        found = network([least, least]);
     }
     Ok(found)
 }
@@ -140,23 +147,16 @@ pub fn network(
 /// The network without crumbs shorter than the first of `least`, and without curves between forks shorter than the second.
 fn network_of(
     mesh: &TriangleMesh,
-    topology: &Topology,
-    features: &Features,
+    marked: &[u32],
     corner_angle: f64,
     mut edges: BTreeMap<[u32; 2], bool>,
     least: [f64; 2],
-) -> Result<Network, RetopologyError> {
-    let unused = |v: u32| topology.outgoing.get(v as usize).is_none_or(|&h| h == NONE);
-    let lost: Vec<u32> =
-        (0..features.vertices.len() as u32).filter(|&k| unused(features.vertices[k as usize])).collect();
-    if !lost.is_empty() {
-        return Err(RetopologyError::VertexOffSurface { features: lost });
-    }
-    let dropped = drop_short(mesh, &mut edges, &features.vertices, least);
+) -> Network {
+    let dropped = drop_short(mesh, &mut edges, marked, least);
     let neighbours = neighbours(mesh, &edges);
     let mut is_corner: Vec<bool> = neighbours.iter().map(|around| !matches!(around.len(), 0 | 2)).collect();
     let mut points: Vec<u32> = Vec::new();
-    for &v in &features.vertices {
+    for &v in marked {
         is_corner[v as usize] = !neighbours[v as usize].is_empty();
         if neighbours[v as usize].is_empty() {
             points.push(v);
@@ -190,7 +190,7 @@ fn network_of(
         chains.push(Chain { vertices, closed: true, border, whole: false });
     }
     let corners = (0..mesh.positions.len() as u32).filter(|&v| is_corner[v as usize]).collect();
-    Ok(Network { chains, corners, points, dropped })
+    Network { chains, corners, points, dropped }
 }
 
 fn neighbours(mesh: &TriangleMesh, edges: &BTreeMap<[u32; 2], bool>) -> Vec<Vec<u32>> {

@@ -5,7 +5,7 @@
 //! [`quadrangulate::improve`] with their border fixed, and its result is kept when the worst quad got better.
 
 use crate::error::LayoutError;
-use mesh::{DVec3, Monitor, NONE, TriangleMesh, split_quad};
+use mesh::{DVec3, Monitor, NONE};
 use quadrangulate::improve::{ImproveError, ImproveOptions, QuadPatch, Setting, improve};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -94,7 +94,11 @@ pub(crate) fn mend(
         if regions.is_empty() {
             break;
         }
-        let replacement = |region: &Region| region.replacement(&patch, setting, &features, smooth, monitor);
+        let replacement = |region: &Region| {
+            let is_inverted = region.quads.iter().any(|&q| quality_of[q] <= INVERTED);
+            let most_lost = if is_inverted { MOST_LOST } else { MOST_LOST_FOR_SHAPE };
+            region.replacement(&patch, most_lost, setting, &features, smooth, monitor)
+        };
         let found: Vec<Option<Replacement>> = regions.par_iter().map(replacement).collect::<Result<_, _>>()?;
         let mut keep = vec![true; patch.quads.len()];
         let mut count = patch.quads.len();
@@ -156,9 +160,7 @@ fn least(values: &[f64]) -> f64 {
 /// How far the farthest of some places is from quads, in mean lengths of their sides.
 fn lost(places: &[DVec3], quads: &QuadPatch) -> f64 {
     let at = |v: u32| quads.positions[v as usize];
-    let halves = |quad: &[u32; 4]| split_quad(quad.map(at)).map(|half| half.map(|k| quad[k]));
-    let triangles: Vec<[u32; 3]> = quads.quads.iter().flat_map(halves).collect();
-    let closest = ClosestPoint::new(&TriangleMesh { positions: quads.positions.clone(), triangles });
+    let closest = ClosestPoint::of_quads(&quads.positions, quads.quads.iter().copied());
     let farthest = places.iter().map(|&p| closest.project(p).point.distance(p)).fold(0.0, f64::max);
     let lengths = quads.quads.iter().flat_map(sides).map(|[v, w]| at(v).distance(at(w)));
     farthest * 4.0 * quads.quads.len() as f64 / lengths.sum::<f64>().max(f64::MIN_POSITIVE)
@@ -315,10 +317,11 @@ impl Region {
         quad.iter().all(|v| self.outside.get(v) == Some(&0))
     }
 
-    /// Quads that the search finds to take its place, if they may.
+    /// Quads that the search finds to take its place, if they may: none may lose a vertex by more than `most_lost` edge lengths.
     fn replacement(
         &self,
         whole: &QuadPatch,
+        most_lost: f64,
         setting: &Setting<'_>,
         features: &BTreeSet<[u32; 2]>,
         smooth: &SmoothOptions,
@@ -326,8 +329,6 @@ impl Region {
     ) -> Result<Option<Replacement>, LayoutError> {
         let (own, names) = self.patch(whole);
         let places = own.positions.clone();
-        let is_inverted = qualities(&own, setting.surfaces).iter().any(|quality| *quality <= INVERTED);
-        let most_lost = if is_inverted { MOST_LOST } else { MOST_LOST_FOR_SHAPE };
         let local = |v: u32| names.binary_search(&v).map_or(NONE, |i| i as u32);
         let inner: Vec<[u32; 2]> =
             self.sides.keys().filter(|side| features.contains(*side)).map(|side| side.map(local)).collect();

@@ -21,6 +21,7 @@ use crate::output::{BasePath, FeatureKind, Output, OutputFeature, Report};
 use crate::project::Project;
 use crate::quads::{LayoutOptions, Quads, quads_after};
 use crate::session::{EditReport, Session};
+use crate::sizing::scaled_area;
 use crate::sources::{corner_sources, nearest_edges};
 use crate::surfaces::Ground;
 use crate::symmetry::Symmetry;
@@ -352,12 +353,7 @@ fn edge_length(input: &Triangulated, layout: &LayoutOptions) -> Result<f64, Reto
     if layout.density.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
         return bad("density must be a positive number at every vertex".into());
     }
-    let size =
-        |t: &[u32; 3]| t.iter().map(|&v| layout.density.get(v as usize).copied().unwrap_or(1.0)).sum::<f64>() / 3.0;
-    let area: f64 = (0..)
-        .zip(&input.mesh.triangles)
-        .map(|(t, corners)| input.mesh.area_normal(t).length() / 2.0 / size(corners).powi(2))
-        .sum();
+    let area = scaled_area(&input.mesh, |v| layout.density.get(v as usize).copied().unwrap_or(1.0));
     match layout.size {
         Size::TargetFaces(faces) if faces == 0 || faces as f64 > MOST_FACES => {
             bad(format!("target_faces is {faces}, but it must lie between 1 and {MOST_FACES}"))

@@ -13,6 +13,7 @@ use crate::pairing::{Given, Pairing, pair};
 use crate::patch::Plan;
 use crate::pipeline::NEAR_TARGET;
 use crate::rails::Rails;
+use crate::sizing::scaled_area;
 use crate::surfaces::Ground;
 use crate::templates::{self, Catalogue, TemplateChoice};
 use crate::work::{TIMES, TIMES_AFTER_EDIT, Wanted, Work};
@@ -197,7 +198,7 @@ pub(crate) fn quads_after(
     };
     let error = (options.chord_error * diagonal).max(LEAST_CHORD_ERROR * mean_edge);
     let plain_edge = match options.size {
-        Size::TargetFaces(faces) => (density::scaled_area(base, &size) / faces.max(1) as f64).sqrt(),
+        Size::TargetFaces(faces) => (scaled_area(&base.surface, |v| size[v as usize]) / faces.max(1) as f64).sqrt(),
         Size::EdgeLength(length) => length,
     };
     let plain: Vec<f64> = size.iter().map(|size| size * plain_edge).collect();

@@ -4,7 +4,7 @@
 //! quads slip off a tip one after the other, and no closest point ever leads back to it.
 
 use crate::base::Base;
-use mesh::{DVec3, Monitor, NONE, TriangleMesh, split_quad};
+use mesh::{DVec3, Monitor, NONE};
 use rayon::prelude::*;
 use surface::closest::ClosestPoint;
 
@@ -22,9 +22,7 @@ pub(crate) fn missed(
     [error, spacing]: [f64; 2],
     monitor: &Monitor,
 ) -> Result<Vec<(DVec3, u32)>, mesh::Cancelled> {
-    let halves = |quad: &[u32; 4]| split_quad(quad.map(|v| positions[v as usize])).map(|half| half.map(|k| quad[k]));
-    let triangles = quads.iter().flat_map(halves).collect();
-    let closest = ClosestPoint::new(&TriangleMesh { positions: positions.to_vec(), triangles });
+    let closest = ClosestPoint::of_quads(positions, quads.iter().copied());
     let mut triangle_at = vec![NONE; base.surface.positions.len()];
     let owned = base.surface.triangles.iter().zip(&base.owner).enumerate();
     for (t, (corners, _)) in owned.filter(|(_, (_, owner))| are_new[**owner as usize]) {

@@ -46,10 +46,15 @@ pub struct Lengths {
 /// The edge, where the density is 1, of a triangulation of a surface with this many vertices that is even but for `density`, a
 /// relative edge length of the quads at each vertex; empty for 1.
 pub fn even_length(mesh: &TriangleMesh, density: &[f64], vertices: u32) -> f64 {
-    let size = |t: &[u32; 3]| t.iter().map(|&v| longer(density, v)).sum::<f64>() / 3.0;
-    let area: f64 =
-        (0..).zip(&mesh.triangles).map(|(t, corners)| 0.5 * mesh.area_normal(t).length() / size(corners).powi(2)).sum();
+    let area = scaled_area(mesh, |v| longer(density, v));
     (2.0 * area / (3.0_f64.sqrt() * f64::from(vertices))).sqrt()
+}
+
+/// Area of a surface in units of the square of the relative edge length `size` at its vertices, scene units squared: so many
+/// quads of edges of length 1. O(n).
+pub(crate) fn scaled_area(mesh: &TriangleMesh, size: impl Fn(u32) -> f64) -> f64 {
+    let mean = |corners: &[u32; 3]| corners.iter().map(|&v| size(v)).sum::<f64>() / 3.0;
+    (0..).zip(&mesh.triangles).map(|(t, corners)| mesh.area_normal(t).length() / 2.0 / mean(corners).powi(2)).sum()
 }
 
 /// How many times as long as elsewhere base edges are at a vertex.

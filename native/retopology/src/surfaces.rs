@@ -80,9 +80,7 @@ impl Chart {
         let found = self.closest.project(point);
         Projection { triangle: self.triangles.get(found.triangle as usize).copied().unwrap_or(NONE), ..found }
     }
-}
 
-impl Chart {
     fn found(&self, found: Projection, under: &mut u32) -> SurfacePoint {
         *under = found.triangle;
         let normal = self.normals.get(found.triangle as usize).copied().unwrap_or(DVec3::Z);

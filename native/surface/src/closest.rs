@@ -4,7 +4,7 @@
 //! of glam than ours: `to_parry` and `from_parry` are the one place where they meet.
 
 use glam::DVec3;
-use mesh::{NONE, TriangleMesh};
+use mesh::{NONE, TriangleMesh, split_quad};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhLeafCost, BvhNode};
@@ -61,7 +61,19 @@ fn from_parry(p: Vector) -> DVec3 {
 impl ClosestPoint {
     /// Builds the hierarchy over all triangles; those without area count as their longest edge. O(n log n).
     pub fn new(mesh: &TriangleMesh) -> Self {
-        let corners: Vec<[Vector; 3]> = (0..mesh.triangles.len()).map(|t| mesh.points(t).map(to_parry)).collect();
+        Self::of_corners((0..mesh.triangles.len()).map(|t| mesh.points(t).map(to_parry)).collect())
+    }
+
+    /// The same for quads, each as the two triangles that [`split_quad`] makes of it.
+    pub fn of_quads(positions: &[DVec3], quads: impl IntoIterator<Item = [u32; 4]>) -> Self {
+        let halves = |quad: [u32; 4]| {
+            let corners = quad.map(|v| positions[v as usize]);
+            split_quad(corners).map(|half| half.map(|k| to_parry(corners[k])))
+        };
+        Self::of_corners(quads.into_iter().flat_map(halves).collect())
+    }
+
+    fn of_corners(corners: Vec<[Vector; 3]>) -> Self {
         let boxes: Vec<Aabb> = corners.iter().map(|&[a, b, c]| Aabb::new(a.min(b).min(c), a.max(b).max(c))).collect();
         let longest_edge = corners.iter().map(degenerate_edge).collect();
         Self { hierarchy: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), corners, longest_edge }

@@ -14,7 +14,7 @@ use crate::fill::pattern_patches;
 use crate::flatten::{harmonic, uniform_weights};
 use crate::{DiskSurface, PatchTopology, PlaceError, place};
 use glam::DVec2;
-use mesh::{Cancelled, DVec3, Monitor, NONE, TriangleMesh, split_quad};
+use mesh::{Cancelled, DVec3, Monitor, NONE, split_quad};
 use std::collections::{BTreeMap, BTreeSet};
 use surface::closest::ClosestPoint;
 
@@ -280,6 +280,7 @@ impl<'s, 'a> Refill<'s, 'a> {
         Ok(Some((places, sizes.into_iter().map(|size| size.x).collect())))
     }
 }
+
 /// Whether a tip that vertices were on, a tail thinner than the quads say, is far from all quads that take their place.
 fn loses(mesh: &Editable, before: &[u32], quads: &[u32]) -> bool {
     let corners = || quads.iter().filter_map(|&q| mesh.quads[q as usize]);
@@ -291,9 +292,6 @@ fn loses(mesh: &Editable, before: &[u32], quads: &[u32]) -> bool {
     if far.is_empty() {
         return false;
     }
-    let halves =
-        |quad: [u32; 4]| split_quad(quad.map(|v| mesh.positions[v as usize])).map(|half| half.map(|k| quad[k]));
-    let triangles = corners().flat_map(halves).collect();
-    let closest = ClosestPoint::new(&TriangleMesh { positions: mesh.positions.clone(), triangles });
+    let closest = ClosestPoint::of_quads(&mesh.positions, corners());
     far.iter().any(|&v| closest.project(mesh.positions[v as usize]).distance > MOST_LOST * mesh.size[v as usize])
 }
