@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import quadloom
 from meshes import polygons
-from test_surface_tiling import edge_uses, grid, sphere
+from test_surface_tiling import border_segments, edge_uses, grid, sphere
 
 
 def planarities(points: np.ndarray, faces) -> np.ndarray:
@@ -34,6 +34,16 @@ def missed(result: quadloom.SurfaceResult, bar: str) -> dict:
     ]
     assert "smaller panels" in sentence
     return found
+
+
+def off_border(mesh: quadloom.Mesh, other: quadloom.Mesh) -> float:
+    """The greatest distance of the border of one, at fourths of its edges, from that of the other."""
+    edges, others = (border_segments(*polygons(mesh)) for mesh in (mesh, other))
+    samples = np.concatenate([edges[:, 0] * (1 - part) + edges[:, 1] * part for part in (0, 0.25, 0.5, 0.75)])
+    start, along = others[:, 0], others[:, 1] - others[:, 0]
+    part = ((samples[:, None] - start) * along).sum(-1) / (along * along).sum(-1)
+    nearest = start + np.clip(part, 0, 1)[..., None] * along
+    return np.linalg.norm(samples[:, None] - nearest, axis=-1).min(axis=1).max()
 
 
 def test_a_bar_that_is_missed_is_said_with_what_misses_it():
@@ -108,7 +118,15 @@ def test_steps_of_a_border_smaller_than_panels_do_not_crumple_them():
     result = quadloom.tile_surface(mesh, target_panels=300)
     assert len(result.panels) == pytest.approx(300, rel=0.1)
     assert result.report["edge_length_spread"] < 0.19
-    assert result.report["missed_bars"] == []
+    # Only that they are cut off is said, with the distance at which.
+    assert [item["bar"] for item in result.report["missed_bars"]] == ["borders"]
+    off = max(off_border(mesh, result.mesh), off_border(result.mesh, mesh))
+    found = missed(result, "borders")
+    points, faces = polygons(result.mesh)
+    pairs = np.array(sorted({tuple(sorted(pair)) for pair in edge_uses(faces)}))
+    edge = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1).mean()
+    assert found["measured"] == pytest.approx(off / edge)
+    assert found["measured"] > 0.05
 
 
 def test_a_number_of_panels_is_changed_rather_than_a_bar_missed():

@@ -402,6 +402,7 @@ fn missed_item<'py>(py: Python<'py>, missed: &MissedBar) -> PyResult<Bound<'py, 
         Bar::Planarity => ("planarity", "faces"),
         Bar::Closeness => ("closeness", "faces"),
         Bar::Lines => ("lines", "verts"),
+        Bar::Borders => ("borders", "faces"),
     };
     let item = PyDict::new(py);
     item.set_item("bar", name)?;
@@ -437,6 +438,11 @@ fn missed_sentence(missed: &MissedBar) -> String {
             format!("the border or a followed line is missed by {measured:.0}% of an edge (at most {allowed:.0}%)"),
             "vertices",
             "smaller panels, or a larger corner angle where the line is jagged, make room",
+        ),
+        Bar::Borders => (
+            format!("edges of the border are off the surface's by {measured:.0}% of an edge (at most {allowed:.0}%)"),
+            "faces",
+            "the border bends more there than panels of this size can follow, smaller panels are nearer",
         ),
     };
     let worst = if missed.elements.is_empty() {

@@ -89,7 +89,7 @@ impl PolygonDesign {
             let mut search = Search::new(count);
             search.note(made.edge_length, made.edge_length, made.mesh.face_count());
             for _ in 1..tries(count) {
-                let Some(length) = search.next(false) else { break };
+                let Some(length) = search.next(&[]) else { break };
                 // Patches may close at one length and not at another nearby.
                 match make(length, 0.6, 1.0) {
                     Ok(other) => {

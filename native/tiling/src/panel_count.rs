@@ -18,6 +18,9 @@ pub(crate) const TRIES: usize = 6;
 const MOST_PANELS: u32 = 12_000;
 /// Lengths tried where the number is met and a bar is not, as logarithms over the best: near ones, then ones that make more panels than asked for.
 const JITTERS: [f64; 5] = [0.02, -0.02, 0.04, -0.1, -0.25];
+/// The first so many of them are tried where it is but the border that is off along its edges; that counts for so much.
+const NEAR_JITTERS: usize = 3;
+const A_BORDER: f64 = 0.1;
 /// Two lengths nearer to one another than this part are not worth another one between them.
 const SAME: f64 = 0.004;
 /// So many of the tries are kept for even panels.
@@ -63,9 +66,9 @@ impl Search {
         self.failed.push(length.ln());
     }
 
-    /// The length to try next; none when all that is left is as good as tried. With `goes_on` lengths near the best are tried then, for what
-    /// else may be wrong with it.
-    pub fn next(&self, goes_on: bool) -> Option<f64> {
+    /// The length to try next; none when all that is left is as good as tried. Then lengths beside the best are tried, so far from it, for
+    /// what else may be wrong with it.
+    pub fn next(&self, jitters: &[f64]) -> Option<f64> {
         let best = *self.tried.iter().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
         let is_new = |wish: &f64| {
             let mut all = self.tried.iter().map(|tried| tried.0).chain(self.failed.iter().copied());
@@ -84,8 +87,8 @@ impl Search {
             let failed = failed.min_by(|a, b| (a - best.0).abs().total_cmp(&(b - best.0).abs()));
             wish = Some(failed.map_or(best.0 + far, |failed| best.0.midpoint(failed))).filter(is_new);
         }
-        let beside = || JITTERS.into_iter().map(|step| best.0 + step).find(is_new);
-        wish.or_else(|| if goes_on { beside() } else { None }).map(f64::exp)
+        let beside = || jitters.iter().map(|step| best.0 + step).find(is_new);
+        wish.or_else(beside).map(f64::exp)
     }
 }
 
@@ -140,6 +143,7 @@ pub(crate) fn tile_to_count(
             let wrong = of_even.off(panels).abs()
                 + missed
                 + if missed > 0.0 { A_MISS } else { 0.0 }
+                + if made.is_off_border() { A_BORDER } else { 0.0 }
                 + if is_even && wants_patches { PATCHES_WORTH } else { 0.0 };
             let has_no_room = is_even && !made.turned.is_empty();
             if best.as_ref().is_none_or(|(least, _)| wrong < *least) {
@@ -156,10 +160,14 @@ pub(crate) fn tile_to_count(
             break;
         }
         // The last tries are for even panels, where those of patches are worse than what patches are worth.
-        let goes_on = least >= A_MISS;
+        let jitters = match least {
+            _ if least >= A_MISS => &JITTERS[..],
+            _ if best.as_ref().is_some_and(|(_, best)| best.is_off_border()) => &JITTERS[..NEAR_JITTERS],
+            _ => &[],
+        };
         if asked.partition == Partition::Paper {
             if let Some(next) =
-                of_patches.next(goes_on).filter(|_| least <= PATCHES_WORTH || tried + EVEN_TRIES < tries)
+                of_patches.next(jitters).filter(|_| least <= PATCHES_WORTH || tried + EVEN_TRIES < tries)
             {
                 length = next;
                 continue;
@@ -170,7 +178,7 @@ pub(crate) fn tile_to_count(
             break;
         }
         let first = Some(edge_length).filter(|_| of_even.tried.is_empty());
-        let Some(next) = first.or_else(|| of_even.next(goes_on)) else { break };
+        let Some(next) = first.or_else(|| of_even.next(jitters)) else { break };
         length = next;
     }
     let (_, mut made) = best.ok_or(SurfaceError::Empty)?;
@@ -223,7 +231,7 @@ pub(crate) fn edge_length_of(
         } else {
             search.fail(length);
         }
-        let Some(next) = search.next(false) else { break };
+        let Some(next) = search.next(&[]) else { break };
         length = next;
     }
     Ok(Guess { edge_length: best.1, narrow })
@@ -244,7 +252,7 @@ mod tests {
                 None => search.fail(length),
             }
             found.push((length, made));
-            let Some(next) = search.next(false) else { break };
+            let Some(next) = search.next(&[]) else { break };
             length = next;
         }
         found
@@ -273,7 +281,7 @@ mod tests {
         let mut search = Search::new(100);
         let mut room = vec![];
         for asked in [1.0, 0.0, 0.0, 0.0] {
-            let asked = if asked > 0.0 { asked } else { search.next(false).unwrap() };
+            let asked = if asked > 0.0 { asked } else { search.next(&[]).unwrap() };
             room.push(asked);
             // Panels longer than 0.6 turn over, and ones of 0.5 are made.
             let made = if asked > 0.6 { 0.5 } else { asked };
@@ -287,9 +295,9 @@ mod tests {
     fn where_the_number_is_met_and_something_else_is_wrong_lengths_near_by_are_tried() {
         let mut search = Search::new(100);
         search.note(1.0, 1.0, 101);
-        assert_eq!(search.next(false), None);
+        assert_eq!(search.next(&[]), None);
         for wanted in [1.02, 0.98, 1.04] {
-            let length = search.next(true).unwrap();
+            let length = search.next(&JITTERS).unwrap();
             assert!((length / wanted - 1.0).abs() < 0.002, "{length} for {wanted}");
             search.fail(length);
         }

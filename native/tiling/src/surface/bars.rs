@@ -31,6 +31,9 @@ const MOST_DISTANCE: f64 = 0.03;
 /// Distance of a vertex from its border or followed line, in edges, above which there is a gap or an overlap to see.
 const MOST_OFF_LINE: f64 = 0.05;
 
+/// Distance of the border along its edges from that of the surface, and back, in edges.
+const MOST_OFF_BORDER: f64 = 0.05;
+
 /// The weight of equal edges where without it they are too unequal: then they matter more than angles. More of it moves panels off the
 /// surface and gains little (a torus of 500 squares: spread 20.1% without, 18.9% with 0.3, 18.7% with 1, closeness 0.6% and 0.95%).
 const EVEN: f64 = 0.5;
@@ -64,6 +67,9 @@ pub enum Bar {
     Closeness,
     /// Distance of each vertex of a border or followed line from it, at most 0.05 of the mean edge.
     Lines,
+    /// Distance of the border's edges, along all of them, from the border of the surface, and of the vertices of that from them, at most
+    /// 0.05 of the mean edge: what is smaller than a panel is cut off.
+    Borders,
 }
 
 /// A bar that a mesh misses.
@@ -95,17 +101,23 @@ pub(super) struct Quality {
     off_surface: Vec<f64>,
     /// Distance of each vertex from its line, in mean edges.
     off_line: Vec<f64>,
+    /// Distance of each panel's border edges from the border of the surface, and of that from them, in mean edges.
+    off_border: Vec<f64>,
+}
+
+/// Distances of a mesh from what it covers, scene units.
+pub(super) struct Off {
+    /// Of each tile from the surface.
+    pub surface: Vec<f64>,
+    /// Of each vertex from its line.
+    pub line: Vec<f64>,
+    /// Of each tile's border edges from the border of the surface, and of that from them.
+    pub border: Vec<f64>,
 }
 
 impl Quality {
-    /// Of a pattern with these edges, whose tiles are so far from the surface and its vertices from their lines, scene units. O(n).
-    pub fn of(
-        positions: &[DVec3],
-        tiles: &[Vec<u32>],
-        edges: &[[u32; 2]],
-        off_surface: Vec<f64>,
-        off_line: Vec<f64>,
-    ) -> Self {
+    /// Of a pattern with these edges, which is so far from what it covers. O(n).
+    pub fn of(positions: &[DVec3], tiles: &[Vec<u32>], edges: &[[u32; 2]], off: Off) -> Self {
         let length = |[a, b]: [u32; 2]| positions[a as usize].distance(positions[b as usize]);
         let count = edges.len().max(1) as f64;
         let mean = (edges.iter().map(|&edge| length(edge)).sum::<f64>() / count).max(f64::MIN_POSITIVE);
@@ -126,8 +138,9 @@ impl Quality {
             bent: bends.iter().sum::<f64>() / quads.max(1) as f64,
             uneven: tiles.iter().map(worst_edge).collect(),
             bends,
-            off_surface: off_surface.into_iter().map(|distance| distance / diagonal).collect(),
-            off_line: off_line.into_iter().map(|distance| distance / mean).collect(),
+            off_surface: off.surface.into_iter().map(|distance| distance / diagonal).collect(),
+            off_line: off.line.into_iter().map(|distance| distance / mean).collect(),
+            off_border: off.border.into_iter().map(|distance| distance / mean).collect(),
         }
     }
 
@@ -137,18 +150,21 @@ impl Quality {
     }
 
     /// Every bar with what was measured, what is allowed, and what was measured of each element.
-    fn measured(&self) -> [(Bar, f64, f64, &[f64]); 4] {
+    fn measured(&self) -> [(Bar, f64, f64, &[f64]); 5] {
         [
             (Bar::Spread, self.spread, MOST_SPREAD, &self.uneven),
             (Bar::Planarity, self.bent, MOST_BENT, &self.bends),
             (Bar::Closeness, self.distance(), MOST_DISTANCE, &self.off_surface),
             (Bar::Lines, most(&self.off_line), MOST_OFF_LINE, &self.off_line),
+            (Bar::Borders, most(&self.off_border), MOST_OFF_BORDER, &self.off_border),
         ]
     }
 
-    /// What is above the bars, in bars, 0 where nothing is.
+    /// What is above the bars, in bars, 0 where nothing is; but for that of borders, which cannot be met where these are jagged: nothing is
+    /// to get worse for it.
     pub fn excess(&self) -> f64 {
-        self.measured().iter().map(|(_, measured, allowed, _)| (measured / allowed - 1.0).max(0.0)).sum()
+        let judged = self.measured().into_iter().filter(|(bar, ..)| *bar != Bar::Borders);
+        judged.map(|(_, measured, allowed, _)| (measured / allowed - 1.0).max(0.0)).sum()
     }
 
     /// The bars that the mesh misses, with its elements that do.
@@ -358,18 +374,20 @@ mod tests {
         let (positions, tiles, edges) = row(0.0);
         let mut off_line = vec![0.0; 10];
         (off_line[3], off_line[5], off_line[8]) = (0.049, 0.06, 0.2);
-        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], off_line);
+        let off = |line| Off { surface: vec![0.0; 4], line, border: vec![0.0; 4] };
+        let quality = Quality::of(&positions, &tiles, &edges, off(off_line));
         let wanted = MissedBar { bar: Bar::Lines, measured: 0.2, allowed: MOST_OFF_LINE, elements: vec![8, 5] };
         assert_eq!(quality.missed(), [wanted]);
         assert!((quality.excess() - 3.0).abs() < 1e-12);
-        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], vec![0.05; 10]);
+        let quality = Quality::of(&positions, &tiles, &edges, off(vec![0.05; 10]));
         assert_eq!((quality.missed(), quality.excess()), (vec![], 0.0), "on the bar is not above it");
     }
 
     #[test]
     fn panels_are_named_by_what_they_miss_themselves() {
         let (mut positions, tiles, edges) = row(0.5);
-        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0, 0.0, 0.2, 0.1], vec![0.0; 10]);
+        let off = |surface| Off { surface, line: vec![0.0; 10], border: vec![0.0; 4] };
+        let quality = Quality::of(&positions, &tiles, &edges, off(vec![0.0, 0.0, 0.2, 0.1]));
         // The diagonals of the last square pass one another at 0.5 / sqrt 6 and are sqrt 2 and 1.5 long.
         let bent = 0.5 / (4.0 + 2.0 * 0.25 + 0.0_f64).sqrt() / f64::midpoint(2f64.sqrt(), 1.5);
         let missed = quality.missed();
@@ -383,7 +401,7 @@ mod tests {
         let lengths: Vec<f64> = lengths.collect();
         let mean = lengths.iter().sum::<f64>() / 13.0;
         let spread = (lengths.iter().map(|l| (l / mean - 1.0).powi(2)).sum::<f64>() / 13.0).sqrt();
-        let quality = Quality::of(&positions, &tiles, &edges, vec![0.0; 4], vec![0.0; 10]);
+        let quality = Quality::of(&positions, &tiles, &edges, off(vec![0.0; 4]));
         assert!((quality.spread - spread).abs() < 1e-12);
         assert_eq!(quality.missed()[0].elements[0], 3);
     }

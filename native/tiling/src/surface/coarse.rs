@@ -5,8 +5,9 @@
 //! ([`surface::remesh`]). Both keep the topology, whatever the step: a step larger than the surface leaves the smallest
 //! triangulation that its topology allows. So no input runs out of triangles, which is what the guarantee rests on.
 
-use super::SurfaceError;
+use super::bends::steps_wanted;
 use super::curve::{Curve, Strides};
+use super::{STEP, SurfaceError};
 use mesh::{DVec3, Monitor, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet};
 use surface::remesh::{RemeshOptions, remesh};
@@ -25,6 +26,12 @@ const REACH: f64 = 0.5;
 
 /// Steps along a curve are measured on its mean over so much on both sides, in steps: a jagged line is longer than the panels along it.
 const STRAIGHTENED: f64 = 0.35;
+
+/// Edges along a curve for each step, and the shortest steps that a curve gets to be followed where it bends, in steps: between corners, and
+/// round a hole.
+const STEP_EDGES: usize = 3;
+const LEAST_STEP: f64 = 0.6;
+const LEAST_ROUND: f64 = 0.4;
 
 /// A coarse vertex between curves with two triangles in a sector wider than this gets a third, radians.
 const WIDE_SECTOR: f64 = 2.2;
@@ -56,6 +63,14 @@ pub(super) fn coarse(
         paths.iter().map(|path| Curve::new(path.iter().map(|&v| surface.positions[v as usize]))).collect();
     let strides: Vec<Strides> = curves.iter().map(|curve| curve.strides(STRAIGHTENED * step)).collect();
     let mut counts = step_counts(&paths, &strides, curve_step);
+    for (path, count) in counts.iter_mut().enumerate() {
+        monitor.check()?;
+        let curve = &curves[path];
+        let is_round = curve.is_closed() && !is_open_end(&paths, path);
+        let least = if is_round { LEAST_ROUND } else { LEAST_STEP };
+        let most = ((curve.length() / (least * curve_step)) as usize).max(*count);
+        *count = steps_wanted(curve, step / STEP, is_round, STEP_EDGES, [*count, most]);
+    }
     let resampled = loop {
         let chains: Vec<Chain> = paths
             .iter()

@@ -42,6 +42,13 @@ impl Strides {
     }
 }
 
+/// Distance of a point from a segment.
+pub(super) fn off_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let d = b - a;
+    let along = ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    p.distance(a + along * d)
+}
+
 impl Curve {
     pub fn new(points: impl Iterator<Item = DVec3>) -> Self {
         let points: Vec<DVec3> = points.collect();
@@ -52,15 +59,16 @@ impl Curve {
         Self { points, walked }
     }
 
-    fn length(&self) -> f64 {
+    pub fn length(&self) -> f64 {
         self.walked[self.walked.len() - 1]
     }
 
-    fn is_closed(&self) -> bool {
+    pub fn is_closed(&self) -> bool {
         self.points[0] == self.points[self.points.len() - 1]
     }
 
-    fn length_at(&self, (point, segment): (DVec3, usize)) -> f64 {
+    /// The length along the curve up to a point of a segment.
+    pub fn length_at(&self, (point, segment): (DVec3, usize)) -> f64 {
         self.walked[segment] + self.points[segment].distance(point)
     }
 
@@ -89,10 +97,37 @@ impl Curve {
         if (low..=high).contains(&here) {
             return found;
         }
-        let to = here.clamp(low, high).rem_euclid(whole);
+        self.point_at(here.clamp(low, high))
+    }
+
+    /// The point at a length along the curve, which may run on past the end of a closed one, and its segment.
+    pub fn point_at(&self, length: f64) -> (DVec3, usize) {
+        let to = if length > self.length() { length.rem_euclid(self.length()) } else { length };
         let segment = self.walked.partition_point(|&walked| walked <= to).clamp(1, self.points.len() - 1) - 1;
-        let part = (to - self.walked[segment]) / (self.walked[segment + 1] - self.walked[segment]);
+        let part =
+            (to - self.walked[segment]) / (self.walked[segment + 1] - self.walked[segment]).max(f64::MIN_POSITIVE);
         (self.points[segment].lerp(self.points[segment + 1], part), segment)
+    }
+
+    /// Lengths along the curve of those of its points that it cannot do without, were it to keep within a distance of itself (Ramer 1972,
+    /// Douglas and Peucker 1973), with its ends. O(n log n) on most curves.
+    pub fn knots(&self, within: f64) -> Vec<f64> {
+        let last = self.points.len() - 1;
+        let mut is_knot = vec![false; last + 1];
+        (is_knot[0], is_knot[last]) = (true, true);
+        // From ends that are one, as of a closed curve, points are measured as from a point.
+        let mut open = vec![(0, last)];
+        while let Some((a, b)) = open.pop() {
+            let far = |k: usize| off_segment(self.points[k], self.points[a], self.points[b]);
+            let Some(farthest) = (a + 1..b).max_by(|&j, &k| far(j).total_cmp(&far(k)).then(k.cmp(&j))) else {
+                continue;
+            };
+            if far(farthest) > within {
+                is_knot[farthest] = true;
+                open.extend([(a, farthest), (farthest, b)]);
+            }
+        }
+        (0..=last).filter(|&k| is_knot[k]).map(|k| self.walked[k]).collect()
     }
 
     /// The curve by the length of its mean over `reach` on both sides, less towards its ends.

@@ -23,6 +23,7 @@
 
 mod assemble;
 mod bars;
+mod bends;
 mod chart;
 mod choice;
 mod chords;
@@ -52,6 +53,7 @@ mod paving;
 mod polyhedron;
 mod region;
 mod regular;
+mod rim;
 mod room;
 mod search;
 mod shape;
@@ -361,6 +363,11 @@ impl SurfaceTiling {
     /// By how much the mesh misses its bars, in bars summed; 0 where it meets all. Panels turned over are a bar each.
     pub(crate) fn excess(&self) -> f64 {
         self.quality.excess() + self.turned.len() as f64
+    }
+
+    /// Whether the border is off along its edges, which [`Self::excess`] leaves out.
+    pub(crate) fn is_off_border(&self) -> bool {
+        self.quality.missed().iter().any(|missed| missed.bar == Bar::Borders)
     }
 
     /// How far from regular: the spread of edge lengths, the share of irregular vertices inside, ten times that of rhombi, and what

@@ -11,9 +11,18 @@ use std::collections::BTreeMap;
 /// The part of a step, were steps equal, that vertices keep from the ends of their stretch.
 const MARGIN: f64 = 0.35;
 
-/// For each vertex the stretch of its curve where it may be, as lengths along the curve, which run on past the end of a closed one; `None`
-/// for those that are on none, and where nothing bounds them. `uses` counts the tiles at each edge.
-pub(super) fn rooms(pattern: &Pattern, curves: &[Curve], uses: &BTreeMap<[u32; 2], u8>) -> Vec<Option<[f64; 2]>> {
+/// Vertices one after another along a curve, between corners or all round.
+pub(super) struct Chain {
+    /// Index of the curve.
+    pub curve: usize,
+    /// Without the corners.
+    pub vertices: Vec<u32>,
+    /// From one corner to the other, as lengths along the curve, which run on past the end of a closed one; `None` all round.
+    pub stretch: Option<[f64; 2]>,
+}
+
+/// The chains of a pattern. `uses` counts the tiles at each edge. O(n log n).
+pub(super) fn chains(pattern: &Pattern, curves: &[Curve], uses: &BTreeMap<[u32; 2], u8>) -> Vec<Chain> {
     let place = |v: u32| pattern.places[v as usize];
     let curve_of = |[a, b]: [u32; 2]| match (place(a), place(b)) {
         (Place::OnCurve(c), Place::OnCurve(d)) if c == d => Some(c as usize),
@@ -35,27 +44,63 @@ pub(super) fn rooms(pattern: &Pattern, curves: &[Curve], uses: &BTreeMap<[u32; 2
             }
         }
     }
-    let mut rooms = vec![None; pattern.positions.len()];
+    let mut chains = Vec::new();
+    let mut is_in_chain = vec![false; pattern.positions.len()];
+    let at = |v: u32| pattern.positions[v as usize];
+    // From a vertex by way of one beside it, as far as a chain goes, and what ends it.
+    let walk = |start: u32, first: u32| {
+        let (mut chain, mut before, mut here) = (Vec::new(), start, first);
+        while place(here) != Place::Fixed && beside[&here].len() == 2 && here != start {
+            chain.push(here);
+            let next = beside[&here].iter().copied().find(|&w| w != before).unwrap_or(start);
+            (before, here) = (here, next);
+        }
+        (chain, here)
+    };
     for (&corner, first) in beside.iter().filter(|(v, _)| place(**v) == Place::Fixed) {
         for &first in first {
             let Place::OnCurve(c) = place(first) else { continue };
-            let curve = &curves[c as usize];
-            let (mut chain, mut before, mut here) = (Vec::new(), corner, first);
-            while place(here) != Place::Fixed && beside[&here].len() == 2 && chain.len() <= beside.len() {
-                chain.push(here);
-                let next = beside[&here].iter().copied().find(|&w| w != before).unwrap_or(corner);
-                (before, here) = (here, next);
-            }
-            if place(here) != Place::Fixed || rooms[first as usize].is_some() {
+            if is_in_chain[first as usize] {
                 continue;
             }
-            let at = |v: u32| pattern.positions[v as usize];
-            let middle = at(chain[chain.len() / 2]);
-            let Some([low, high]) = curve.stretch([at(corner), at(here)], middle) else { continue };
-            let margin = MARGIN * (high - low) / (chain.len() + 1) as f64;
-            for v in chain {
-                rooms[v as usize] = Some([low + margin, high - margin]);
+            let (vertices, last) = walk(corner, first);
+            if place(last) != Place::Fixed || vertices.is_empty() {
+                continue;
             }
+            let ends = [at(corner), at(last)];
+            let Some(stretch) = curves[c as usize].stretch(ends, at(vertices[vertices.len() / 2])) else { continue };
+            for &v in &vertices {
+                is_in_chain[v as usize] = true;
+            }
+            chains.push(Chain { curve: c as usize, vertices, stretch: Some(stretch) });
+        }
+    }
+    for (&start, first) in &beside {
+        let Place::OnCurve(c) = place(start) else { continue };
+        if is_in_chain[start as usize] || first.len() != 2 {
+            continue;
+        }
+        let (rest, last) = walk(start, first[0]);
+        if last == start && curves[c as usize].is_closed() {
+            let vertices: Vec<u32> = std::iter::once(start).chain(rest).collect();
+            for &v in &vertices {
+                is_in_chain[v as usize] = true;
+            }
+            chains.push(Chain { curve: c as usize, vertices, stretch: None });
+        }
+    }
+    chains
+}
+
+/// For each vertex the stretch of its curve where it may be, as lengths along the curve, which run on past the end of a closed one; `None`
+/// for those that are on none, and where nothing bounds them.
+pub(super) fn rooms(chains: &[Chain], count: usize) -> Vec<Option<[f64; 2]>> {
+    let mut rooms = vec![None; count];
+    for chain in chains {
+        let Some([low, high]) = chain.stretch else { continue };
+        let margin = MARGIN * (high - low) / (chain.vertices.len() + 1) as f64;
+        for &v in &chain.vertices {
+            rooms[v as usize] = Some([low + margin, high - margin]);
         }
     }
     rooms

@@ -15,17 +15,19 @@
 //! it, and only the last let it off, for planarity. Steps that turn a tile over are halved, at that tile's vertices only;
 //! those that would turn it at any length are left out.
 
+mod bent;
+mod measure;
 mod untangle;
 
 use super::SurfaceError;
-use super::bars::Quality;
+use super::bars::{Off, Quality};
 use super::curve::Curve;
 use super::pattern::{Pattern, Place};
 use super::regular::{mean_edge, nearest_regular};
-use super::room::rooms;
-use mesh::{DVec3, Monitor, NONE, PolygonMesh, TriangleMesh};
+use super::room::{Chain, chains, rooms};
+use mesh::{DVec3, Monitor, NONE, TriangleMesh};
 use solve::cholesky::Factor;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use surface::closest::ClosestPoint;
 
 /// Weight of a place on a curve against that of a tile, 1.
@@ -126,6 +128,8 @@ struct Shaper<'a> {
     beside: Vec<Vec<u32>>,
     /// Vertices of four triangles or fewer and nothing else, and those an edge away from one.
     is_by_tip: Vec<bool>,
+    /// Vertices along curves.
+    chains: Vec<Chain>,
     /// Stretch of its curve where each vertex may be.
     rooms: Vec<Option<[f64; 2]>>,
     /// Segment of its curve that each vertex was last nearest to.
@@ -187,6 +191,7 @@ pub(super) fn shape(
             normals[v as usize] += surface.area_normal(t);
         }
     }
+    let chains = chains(pattern, curves, &uses);
     let mut shaper = Shaper {
         surface,
         closest: ClosestPoint::new(surface),
@@ -194,7 +199,8 @@ pub(super) fn shape(
         pattern,
         tiles_at,
         is_by_tip,
-        rooms: rooms(pattern, curves, &uses),
+        rooms: rooms(&chains, count),
+        chains,
         edges: uses.into_keys().collect(),
         beside,
         segment: vec![0; count],
@@ -211,31 +217,46 @@ pub(super) fn shape(
         monitor.within(0.0, part, || shaper.run(&phase, options.rounds, &mut positions, monitor))?;
         shaper.untangle(&phase, &mut positions, monitor)?;
     }
-    if options.flattening_rounds > 0 {
-        let phase = shaper.phase(free, &positions, |_| false)?;
-        monitor.within(part, 1.0, || shaper.run(&phase, options.flattening_rounds, &mut positions, monitor))?;
-    }
-    // Borders end exactly on their curves, wherever no tile turns over by it; where one would, all give way first.
-    shaper.put_on_curves(&mut positions);
-    let most_off = OFF_CURVE * mean_edge(&pattern.tiles, &positions);
-    if options.flattening_rounds > 0 && shaper.off_curves(&positions).iter().any(|&off| off > most_off) {
-        let before = (positions.clone(), shaper.turned(&positions).len());
-        let phase = shaper.phase(free, &positions, |place| place != Place::Free)?;
-        shaper.run(&phase, CURVE_ROUNDS, &mut positions, monitor)?;
-        shaper.put_on_curves(&mut positions);
-        if shaper.turned(&positions).len() > before.1 {
-            positions = before.0;
-        }
+    monitor.within(part, 1.0, || shaper.flatten(free, options.flattening_rounds, &mut positions, monitor))?;
+    if options.flattening_rounds > 0 && options.rounds > 0 {
+        shaper.follow_bends([bound, free], options.flattening_rounds, &mut positions, monitor)?;
     }
     let turned = shaper.turned(&positions);
     let (off_surface, far) = shaper.off_surface(&positions, monitor)?;
-    let off_line = shaper.off_curves(&positions);
-    let quality = Quality::of(&positions, &pattern.tiles, &shaper.edges, off_surface, off_line);
+    let off = Off { surface: off_surface, line: shaper.off_curves(&positions), border: shaper.off_border(&positions) };
+    let quality = Quality::of(&positions, &pattern.tiles, &shaper.edges, off);
     pattern.positions = positions;
     Ok(Shaped { turned, quality, far })
 }
 
 impl Shaper<'_> {
+    /// Lets the vertices off the surface for flat quads, and puts those of curves back on them: exactly, wherever no tile turns over by it;
+    /// where one would, all give way first.
+    fn flatten(
+        &mut self,
+        aims: Aims,
+        rounds: usize,
+        positions: &mut Vec<DVec3>,
+        monitor: &Monitor,
+    ) -> Result<(), SurfaceError> {
+        if rounds > 0 {
+            let phase = self.phase(aims, positions, |_| false)?;
+            self.run(&phase, rounds, positions, monitor)?;
+        }
+        self.put_on_curves(positions);
+        let most_off = OFF_CURVE * mean_edge(&self.pattern.tiles, positions);
+        if rounds > 0 && self.off_curves(positions).iter().any(|&off| off > most_off) {
+            let before = (positions.clone(), self.turned(positions).len());
+            let phase = self.phase(aims, positions, |place| place != Place::Free)?;
+            self.run(&phase, CURVE_ROUNDS, positions, monitor)?;
+            self.put_on_curves(positions);
+            if self.turned(positions).len() > before.1 {
+                *positions = before.0;
+            }
+        }
+        Ok(())
+    }
+
     /// Shapes for so many rounds.
     fn run(
         &mut self,
@@ -261,47 +282,6 @@ impl Shaper<'_> {
             .map(|v| if self.pattern.places[v] == Place::Free { positions[v] } else { self.nearest(v, positions[v]) })
             .collect();
         self.guarded(positions, &wish);
-    }
-
-    /// Of each tile the greatest distance to the surface, of its corners and its middle, and from the surface, of those of its vertices that
-    /// are nearest to the tile; and which of these are off by at least half as much as any, with their distances.
-    fn off_surface(&self, positions: &[DVec3], monitor: &Monitor) -> Result<(Vec<f64>, Far), SurfaceError> {
-        let own = |tile: &Vec<u32>| {
-            let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
-            let points = tile.iter().map(|&v| positions[v as usize]).chain([middle]);
-            points.map(|p| self.closest.project_near(p, self.triangle[tile[0] as usize]).distance).fold(0.0, f64::max)
-        };
-        let mut off: Vec<f64> = self.pattern.tiles.iter().map(own).collect();
-        let (mesh, tile_of) =
-            TriangleMesh::from_polygons(&PolygonMesh::from_polygons(positions.to_vec(), &self.pattern.tiles)?);
-        let tiles = ClosestPoint::new(&mesh);
-        let used: BTreeSet<u32> = self.surface.triangles.iter().flatten().copied().collect();
-        let (mut near, mut far) = (NONE, Vec::new());
-        for (k, v) in used.into_iter().enumerate() {
-            if k % 1024 == 0 {
-                monitor.check()?;
-            }
-            let found = tiles.project_near(self.surface.positions[v as usize], near);
-            near = found.triangle;
-            if near != NONE {
-                let off = &mut off[tile_of[near as usize] as usize];
-                *off = off.max(found.distance);
-                far.push((found.distance, v));
-            }
-        }
-        far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let most = far.first().map_or(0.0, |far| far.0);
-        far.truncate(far.partition_point(|&(distance, _)| distance >= most / 2.0));
-        Ok((off, far))
-    }
-
-    /// Distance of each vertex from its curve, wherever on it; 0 of those on none.
-    fn off_curves(&self, positions: &[DVec3]) -> Vec<f64> {
-        let far = |(&place, &p): (&Place, &DVec3)| match place {
-            Place::Free | Place::Fixed => 0.0,
-            Place::OnCurve(curve) => self.curves[curve as usize].project(p).0.distance(p),
-        };
-        self.pattern.places.iter().zip(positions).map(far).collect()
     }
 
     /// The nearest allowed place of a vertex.
@@ -496,26 +476,6 @@ impl Shaper<'_> {
         let near = tile.iter().map(|&v| self.triangle[v as usize]).filter(|&t| t != NONE);
         let is_steep = |t: u32| self.surface.area_normal(t as usize).normalize_or_zero().dot(up) < STEEP;
         is_turned(tile, positions, up) || near.clone().any(is_steep) && self.is_over(tile, positions)
-    }
-
-    /// Tiles that are turned over.
-    fn turned(&self, positions: &[DVec3]) -> Vec<u32> {
-        (0..self.pattern.tiles.len() as u32)
-            .filter(|&t| self.is_over(&self.pattern.tiles[t as usize], positions))
-            .collect()
-    }
-
-    /// Whether a corner of a tile faces away from the surface below the tile's middle: from the triangle there, which may be a sliver that
-    /// faces anywhere, and from what is around it.
-    fn is_over(&self, tile: &[u32], positions: &[DVec3]) -> bool {
-        let middle = tile.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / tile.len() as f64;
-        let below = self.closest.project_near(middle, self.triangle[tile[0] as usize]).triangle;
-        if below == NONE {
-            return true;
-        }
-        let up = self.surface.area_normal(below as usize);
-        let around: DVec3 = self.surface.triangles[below as usize].iter().map(|&v| self.normals[v as usize]).sum();
-        is_turned(tile, positions, up) && is_turned(tile, positions, around)
     }
 
     /// The normal of the surface under a tile; its own where no vertex is known to be near the surface.

@@ -50,7 +50,7 @@ impl Shaper<'_> {
     }
 
     /// Vertices of the tiles and those so many edges away from them, in order.
-    fn around(&self, tiles: &[u32], rings: usize) -> Vec<usize> {
+    pub(super) fn around(&self, tiles: &[u32], rings: usize) -> Vec<usize> {
         let mut found: BTreeSet<u32> = tiles.iter().flat_map(|&t| &self.pattern.tiles[t as usize]).copied().collect();
         for _ in 0..rings {
             let next: Vec<u32> = found.iter().flat_map(|&v| &self.beside[v as usize]).copied().collect();
