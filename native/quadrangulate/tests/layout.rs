@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use mesh::{Monitor, Topology, TriangleMesh};
-use quadrangulate::layout::{Fault, LayoutError, LayoutOptions, PatchLayout, SubSideKind, trace_layout};
+use quadrangulate::layout::{Fault, LayoutError, LayoutOptions, PatchLayout, SubSideKind, parts, trace_layout};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -235,7 +235,7 @@ fn what_cannot_be_divided_is_named() {
         positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
         triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
     };
-    assert_eq!(layout_of(&tetrahedron).unwrap_err(), LayoutError::NoBorder { triangle: 0 });
+    assert!(matches!(layout_of(&tetrahedron), Err(LayoutError::NoTrace { .. })), "four triangles leave no room");
 
     // Two edges that meet at sharp corners leave nothing to start a trace from.
     let lens = TriangleMesh {
@@ -367,4 +367,43 @@ fn random_regions_become_patches() {
     }
     eprintln!("{tried} regions, {failed} failed, {patches} patches, {flattened} corners flattened, {seconds:.1} s");
     assert!(failed * 20 <= tried, "{failed} of {tried} failed");
+}
+
+#[test]
+fn closed_surfaces_are_opened_and_divided() {
+    for mesh in [testkit::shapes::sphere(8), testkit::shapes::cylinder(1.0, 4.0, 24, 12)] {
+        let (mesh, _) = TriangleMesh::from_polygons(&mesh);
+        check(&mesh, &layout_of(&mesh).expect("a layout"));
+    }
+}
+
+#[test]
+fn long_sides_are_divided_where_that_is_asked_for() {
+    let mesh = plane_region(&[circle(DVec2::ZERO, 3.0, 60), circle(DVec2::ZERO, 1.0, 20)], |p| p.extend(0.0));
+    let longest = |longest: f64| {
+        let options = LayoutOptions { longest, ..LayoutOptions::default() };
+        let layout = trace_layout(&mesh, &[], &options, &Monitor::new()).expect("a layout");
+        check(&mesh, &layout);
+        let length = |side: &Vec<u32>| side.iter().map(|&s| layout.sub_sides[s as usize].length).sum::<f64>();
+        layout.patches.iter().flat_map(|patch| &patch.sides).map(length).fold(0.0, f64::max)
+    };
+    let [any, short] = [f64::INFINITY, 2.0].map(longest);
+    assert!(short < 0.75 * any, "{short} of {any}");
+}
+
+#[test]
+fn a_part_without_a_layout_is_named_and_the_others_have_theirs() {
+    // Two edges that meet at sharp corners leave nothing to start a trace from; a square beside them, across a feature, is a patch.
+    let mesh = TriangleMesh {
+        positions: [[0.0, 0.0], [2.0, 0.0], [1.0, 0.05], [2.0, 2.0], [0.0, 2.0]]
+            .map(|[x, y]| DVec3::new(x, y, 0.0))
+            .to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 4], [2, 3, 4], [2, 1, 3]],
+    };
+    let features = [[0, 2], [2, 1]];
+    assert_eq!(parts(&mesh, &features), [0, 1, 1, 1]);
+    let options = LayoutOptions { partial: true, refinements: 0, ..LayoutOptions::default() };
+    let layout = trace_layout(&mesh, &features, &options, &Monitor::new()).expect("a layout");
+    assert!(matches!(layout.undivided[..], [(0, Fault::Sides { .. })]), "{:?}", layout.undivided);
+    assert!(!layout.patches.is_empty() && layout.patches.iter().all(|patch| patch.part == 1));
 }

@@ -182,7 +182,7 @@ pub(crate) fn sides(base: &Base, patch: &Patch, counts: &[u32]) -> Vec<u32> {
 }
 
 /// Arc lengths at which a path is divided into `count` parts of equal arc length over relative size.
-fn divide_evenly(base: &Base, path: &[u32], count: u32, size: &[f64]) -> Vec<f64> {
+pub(crate) fn divide_evenly(base: &Base, path: &[u32], count: u32, size: &[f64]) -> Vec<f64> {
     let at = |v: u32| base.surface.positions[v as usize];
     let (mut arc, mut passed) = (vec![0.0], vec![0.0]);
     for w in path.windows(2) {

@@ -34,6 +34,7 @@ mod surfaces;
 mod templates;
 #[cfg(test)]
 mod test_bases;
+mod traced;
 mod work;
 
 pub use density::Size;

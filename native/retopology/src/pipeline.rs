@@ -19,7 +19,7 @@ use crate::input::{Placement, normalised};
 use crate::keep::Kept;
 use crate::output::{BasePath, FeatureKind, Output, OutputFeature, Report};
 use crate::project::Project;
-use crate::quads::{LayoutOptions, Quads, quads_after};
+use crate::quads::{LayoutOptions, Quads, angle_deviation, quads_after};
 use crate::session::{EditReport, Session};
 use crate::sizing::scaled_area;
 use crate::sources::{corner_sources, nearest_edges};
@@ -419,8 +419,7 @@ fn measure(session: &Session, quads: &Quads, placement: Placement) -> Report {
         .into_par_iter()
         .map(|f| {
             let p = corners(f);
-            let angle = |k: usize| (p[(k + 1) % 4] - p[k]).angle_between(p[(k + 3) % 4] - p[k]).to_degrees();
-            (scaled_jacobian(p), (0..4).map(|k| (angle(k) - 90.0).abs()).sum::<f64>() / 4.0)
+            (scaled_jacobian(p), angle_deviation(p))
         })
         .collect();
     let mut jacobians: Vec<f64> = shapes.iter().map(|shape| shape.0).collect();

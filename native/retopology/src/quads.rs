@@ -17,7 +17,7 @@ use crate::sizing::scaled_area;
 use crate::surfaces::Ground;
 use crate::templates::{self, Catalogue, TemplateChoice};
 use crate::work::{TIMES, TIMES_AFTER_EDIT, Wanted, Work};
-use mesh::{Monitor, NONE, PolygonMesh, TriangleMesh};
+use mesh::{DVec3, Monitor, NONE, PolygonMesh, TriangleMesh};
 use std::collections::BTreeMap;
 use std::time::Instant;
 use surface::smooth::SmoothOptions;
@@ -120,6 +120,8 @@ pub struct LayoutReport {
     pub faces: usize,
     /// Quads that were asked for, when a number was.
     pub target: Option<usize>,
+    /// Whether the quads were laid anew over a traced layout, see docs/papers.md.
+    pub traced: bool,
     /// Places where quads were replaced because no place of their vertices made them sound.
     pub mended: usize,
     /// Quads still inverted; 0 unless the surface leaves no room.
@@ -321,14 +323,52 @@ pub(crate) fn quads_after(
         let stays: Vec<bool> = work.filled.patch_of.iter().map(|&p| patches[p as usize].template.is_some()).collect();
         work.refill(&stays, monitor)?;
         clock.stop("refill");
-        // As if all were new, so that what is kept makes no difference.
-        let are_new = vec![true; base.triangles.len()];
-        let all = Wanted { rounds: options.rounds, are_new: &are_new, ..wanted };
-        work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, TIMES, monitor)?;
-        clock.stop("relax");
     }
+    // As if all were new, so that what is kept makes no difference.
+    let are_new = vec![true; base.triangles.len()];
+    let all = Wanted { are_new: &are_new, rounds: options.rounds, ..wanted };
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
-    let (mut mended, mut inverted) = work.mend_all(&smooth, sound, refills, monitor)?;
+    let finish = |work: &mut Work<'_>| {
+        if refills {
+            work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, TIMES, monitor)?;
+        }
+        work.mend_all(&smooth, sound, refills, monitor)
+    };
+    // Painted sizes and chosen templates are the base's.
+    let remade = if refills && templates.is_empty() && options.density.is_empty() {
+        work.traced(&plain, contrast.shortest, &all, monitor)?
+    } else {
+        None
+    };
+    let mut traced = None;
+    if let Some(mut remade) = remade {
+        // Vertices of bent features slide to where quads are square before they are put on the bends.
+        remade.let_go();
+        let first = Wanted { rounds: ROUNDS_BEFORE_REFILLING, ..all };
+        remade.relax(&vec![true; remade.filled.positions.len()], &first, &smooth, 0, monitor)?;
+        remade.refill(&vec![false; remade.filled.quads.len()], monitor)?;
+        remade.let_go();
+        if remade.promises(&work, target) {
+            let done = finish(&mut remade)?;
+            traced = Some((remade, done));
+        }
+    }
+    clock.stop("trace");
+    // Those that were there are finished only where they may be better.
+    let (mut mended, mut inverted);
+    let is_traced;
+    (work, (mended, inverted), is_traced) = match traced {
+        Some((traced, done)) if done.1 == 0 && traced.is_better(&work, false, target) => (traced, done, true),
+        traced => {
+            let done = finish(&mut work)?;
+            match traced {
+                Some((traced, other)) if other.1 <= done.1 && traced.is_better(&work, true, target) => {
+                    (traced, other, true)
+                }
+                _ => (work, done, false),
+            }
+        }
+    };
     if let Some(as_laid) = as_laid
         && target.is_some_and(|target| (work.filled.quads.len() as f64) < (1.0 - NEAR_TARGET) * target)
     {
@@ -349,6 +389,9 @@ pub(crate) fn quads_after(
         index: 0,
         reason: "it asks for more quads than 32-bit indices can name",
     })?;
+    if is_traced {
+        counts.of_edge = along.iter().map(|along| along.len().saturating_sub(1) as u32).collect();
+    }
     let mut feature_edges = Vec::new();
     for (e, along) in along.iter().enumerate().filter(|(e, _)| measures.rails[*e]) {
         feature_edges.extend(along.windows(2).map(|w| FeatureEdge {
@@ -366,6 +409,7 @@ pub(crate) fn quads_after(
         edge_length: counts.edge_length,
         faces: mesh.face_count(),
         target: if let Size::TargetFaces(faces) = options.size { Some(faces) } else { None },
+        traced: is_traced,
         mended,
         inverted,
         seconds: clock.seconds,
@@ -373,6 +417,8 @@ pub(crate) fn quads_after(
     Ok((Quads { mesh, feature_edges, base_vertex, source, report }, kept))
 }
 
+/// Rounds of the pull before traced quads are refilled.
+const ROUNDS_BEFORE_REFILLING: usize = 10;
 /// Times that counts are raised where edges of two patches would be one.
 const NARROW_ROUNDS: u32 = 4;
 struct Clock {
@@ -385,6 +431,12 @@ impl Clock {
         self.seconds.push((stage, self.start.elapsed().as_secs_f64()));
         self.start = Instant::now();
     }
+}
+
+/// Mean deviation of the angles of a quad from right ones, degrees.
+pub(crate) fn angle_deviation(p: [DVec3; 4]) -> f64 {
+    let angle = |k: usize| (p[(k + 1) % 4] - p[k]).angle_between(p[(k + 3) % 4] - p[k]).to_degrees();
+    (0..4).map(|k| (angle(k) - 90.0).abs()).sum::<f64>() / 4.0
 }
 
 /// Inner vertices of other valence than 4.

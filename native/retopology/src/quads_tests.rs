@@ -87,6 +87,29 @@ fn quads_have_the_surfaces_topology_and_its_features() {
 }
 
 #[test]
+fn a_traced_layout_keeps_the_promises_with_fewer_irregular_vertices() {
+    let mut traced = 0;
+    let pairings = [Pairing::PAPER, Pairing::Programme { most_triangles: 2 }, Pairing::default()];
+    for ((name, base), pairing) in all().into_iter().flat_map(|base| pairings.map(|pairing| (base.clone(), pairing))) {
+        let options = LayoutOptions { pairing, ..faces(600) };
+        let quads = make(&base, &options);
+        check(name, &base, &quads);
+        let laid = make(&base, &LayoutOptions { improve: false, ..options.clone() });
+        // Painted sizes are the base's.
+        let density = vec![1.0; base.surface.positions.len()];
+        let painted = make(&base, &LayoutOptions { density, ..options });
+        assert!(!laid.report.traced && !painted.report.traced);
+        if quads.report.traced {
+            println!("{name}, {pairing:?}: {} instead of {}", quads.report.irregular, painted.report.irregular);
+            traced += 1;
+            assert!(quads.report.irregular < painted.report.irregular, "{name}");
+            assert_eq!(quads.report.inverted, 0, "{name}");
+        }
+    }
+    assert!(traced > 0);
+}
+
+#[test]
 fn corners_of_features_stay_where_they_are() {
     let base = base(&frame(1), 4, 0.5, &|p| p);
     let quads = make(&base, &faces(1000));

@@ -53,6 +53,11 @@ fn constraint(place: Place, rails: &Rails) -> Constraint {
     }
 }
 
+fn constraints(filled: &Filled, rails: &Rails) -> Vec<Constraint> {
+    let of = |(&place, &stays): (&Place, &bool)| if stays { Constraint::Fixed } else { constraint(place, rails) };
+    filled.places.iter().zip(&filled.stays).map(of).collect()
+}
+
 fn surfaces(charts: &[Chart]) -> Vec<&dyn Reference> {
     charts.iter().map(|chart| chart as &dyn Reference).collect()
 }
@@ -90,12 +95,7 @@ impl<'a> Work<'a> {
         let Ground { base, charts, chart_of, .. } = ground;
         let chart_of_quad =
             filled.patch_of.iter().map(|&p| chart_of[patches[p as usize].triangles[0] as usize]).collect();
-        let constraints = filled
-            .places
-            .iter()
-            .zip(&filled.stays)
-            .map(|(&place, &stays)| if stays { Constraint::Fixed } else { constraint(place, rails) })
-            .collect();
+        let constraints = constraints(&filled, rails);
         Self { base, charts, rails, chart_of_quad, constraints, filled }
     }
 
@@ -381,8 +381,32 @@ impl<'a> Work<'a> {
         Ok((places, inverted))
     }
 
+    pub(crate) fn base(&self) -> &'a Base {
+        self.base
+    }
+
+    pub(crate) fn rails(&self) -> &'a Rails {
+        self.rails
+    }
+
+    pub(crate) fn charts_of_quads(&self) -> &[u32] {
+        &self.chart_of_quad
+    }
+
+    /// Lets go of all vertices but those that features hold.
+    pub(crate) fn let_go(&mut self) {
+        self.constraints = constraints(&self.filled, self.rails);
+    }
+
+    /// Other quads in their place; `chart_of` tells the chart of each of their patches.
+    pub(crate) fn with(&self, filled: Filled, chart_of: &[u32]) -> Self {
+        let chart_of_quad = filled.patch_of.iter().map(|&p| chart_of[p as usize]).collect();
+        let constraints = constraints(&filled, self.rails);
+        Self { chart_of_quad, constraints, filled, ..*self }
+    }
+
     /// Edges on rails.
-    fn features(&self) -> Vec<[u32; 2]> {
+    pub(crate) fn features(&self) -> Vec<[u32; 2]> {
         (0..self.filled.along.len())
             .filter(|&e| self.rails.of_edge[e].is_some())
             .flat_map(|e| self.filled.along[e].windows(2).map(|w| [w[0], w[1]]))
@@ -408,6 +432,8 @@ impl<'a> Work<'a> {
         let places = &self.filled.places;
         self.filled.places =
             source.iter().map(|&old| places.get(old as usize).copied().unwrap_or(Place::Patch(0))).collect();
+        let stays = &self.filled.stays;
+        self.filled.stays = source.iter().map(|&old| stays.get(old as usize).copied().unwrap_or(false)).collect();
         for (e, along) in self.filled.along.iter_mut().enumerate() {
             // Only rails are sure to be edges still.
             if self.rails.of_edge[e].is_none() {

@@ -55,9 +55,9 @@ pub(super) fn assemble(
         let corners = border[1..].iter().filter(|&&(_, corner)| corner).map(|&(v, _)| v);
         let mut corners: Vec<u32> = corners.collect();
         corners.rotate_right(1);
-        patches.push(Patch { triangles: (first..mesh.triangles.len() as u32).collect(), corners, sides });
+        patches.push(Patch { triangles: (first..mesh.triangles.len() as u32).collect(), corners, sides, part: 0 });
     }
-    PatchLayout { mesh, patches, sub_sides, flattened }
+    PatchLayout { mesh, patches, sub_sides, flattened, undivided: vec![] }
 }
 
 /// A patch has one border loop and at least three corners on it.

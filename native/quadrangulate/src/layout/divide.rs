@@ -17,8 +17,11 @@ use surface::tracing::{FieldGraph, Trace, TraceOptions, Visit};
 
 /// Starts tried at most in one region, evenly spread, when any flat vertex would do.
 const STARTS: usize = 48;
-/// Cuts evaluated at most in one region, cheapest traces first.
-const CUTS: usize = 24;
+/// Cuts evaluated in one region, cheapest traces first; more, up to the second number, while none of them helps.
+const CUTS: [usize; 2] = [24, 120];
+
+/// Length of the first cut where the field is regular, in edge lengths.
+const SLIT: f64 = 4.0;
 
 /// What all regions share: the growing mesh and what is known about its vertices.
 pub(super) struct Canvas {
@@ -30,6 +33,8 @@ pub(super) struct Canvas {
     pub node: Vec<bool>,
     /// Mean length of the border's edges: what "too close" is measured in.
     pub edge_length: f64,
+    /// Traces, by vertex and quarter, that gave no cut when they were the cheapest: tried last.
+    pub failed: BTreeSet<(u32, u8)>,
 }
 
 /// A region's distance from being a patch.
@@ -41,18 +46,22 @@ pub(super) struct Shape {
     pub touches_itself: bool,
     /// Sides that turn by more than the options allow.
     pub round: usize,
+    /// How much longer sides are than the options want.
+    pub long: usize,
 }
 
 impl Shape {
-    pub fn of(region: &Region, side_turn: f64) -> Self {
+    pub fn of(region: &Region, options: &LayoutOptions) -> Self {
         let mut seen = BTreeSet::new();
         let border: Vec<usize> = (0..region.quarters.len()).filter(|&v| region.quarters[v] > 0).collect();
+        let [round, long] = round_sides(region, options.side_turn, options.longest);
         Self {
             sides: border.iter().filter(|&&v| region.quarters[v] == 1).count(),
             concave: border.iter().filter(|&&v| region.quarters[v] > 2).count(),
             euler_characteristic: region.euler_characteristic(),
             touches_itself: !border.iter().all(|&v| seen.insert(region.vertex[v])),
-            round: round_sides(region, side_turn),
+            round,
+            long,
         }
     }
 
@@ -71,6 +80,11 @@ impl Shape {
         }
     }
 
+    /// What cuts should lower, but is no fault.
+    fn soft(&self) -> usize {
+        self.round + self.long
+    }
+
     /// Zero for a patch; every cut must lower the sum over its parts. A handle or hole outweighs touching, which outweighs sides.
     fn badness(&self) -> usize {
         let holes = (1 - self.euler_characteristic).unsigned_abs() as usize;
@@ -79,25 +93,32 @@ impl Shape {
     }
 }
 
-/// Number of sides (stretches between corners) whose bends add up to more than `limit`.
-fn round_sides(region: &Region, limit: f64) -> usize {
+/// Number of sides (stretches between corners) whose bends add up to more than `limit`; and by how much sides are longer than
+/// `longest`, squared, so that halves count less.
+fn round_sides(region: &Region, limit: f64, longest: f64) -> [usize; 2] {
+    let at = |v: u32| region.mesh.positions[v as usize];
+    let excess = |length: f64| (4.0 * (length / longest - 1.0).max(0.0).powi(2)) as usize;
+    let mut long = 0;
     let angles = region.angles();
     let mut count = 0;
     for mut border in region.loops() {
         let corner = border.iter().position(|&v| region.quarters[v as usize] == 1).unwrap_or(0);
         border.rotate_left(corner);
-        let mut turn: f64 = 0.0;
-        for v in border {
-            if region.quarters[v as usize] == 1 {
+        let (mut turn, mut length) = (0.0_f64, 0.0);
+        for (k, &v) in border.iter().enumerate() {
+            if region.quarters[v as usize] == 1 && k > 0 {
                 count += usize::from(turn.abs() > limit);
-                turn = 0.0;
+                long += excess(length);
+                (turn, length) = (0.0, 0.0);
             } else {
                 turn += PI - angles[v as usize];
             }
+            length += at(v).distance(at(border[(k + 1) % border.len()]));
         }
         count += usize::from(turn.abs() > limit);
+        long += excess(length);
     }
-    count
+    [count, long]
 }
 
 /// What became of a region.
@@ -124,9 +145,9 @@ pub(super) fn divide(
     options: &LayoutOptions,
     monitor: &Monitor,
 ) -> Result<Step, Cancelled> {
-    let shape = Shape::of(region, options.side_turn);
+    let shape = Shape::of(region, options);
     let fault = shape.fault();
-    if fault.is_none() && shape.round == 0 {
+    if fault.is_none() && shape.soft() == 0 {
         return Ok(Step::Patch);
     }
     let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
@@ -141,11 +162,9 @@ pub(super) fn divide(
         let trace_options = TraceOptions { cone, ..options.trace };
         let search =
             Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict, hasty };
-        let mut candidates = search.candidates(shape.concave > 0, monitor)?;
-        if strict {
-            candidates.truncate(CUTS);
-        }
-        if let Some(parts) = best_cut(region, shape, &candidates, canvas, options, monitor)? {
+        let candidates = search.candidates(shape.concave > 0, monitor)?;
+        let most = if strict { CUTS } else { [usize::MAX; 2] };
+        if let Some(parts) = best_cut(region, shape, &candidates, most, canvas, options, monitor)? {
             return Ok(Step::Parts(parts));
         }
         // A round side is no reason to bend the rules.
@@ -166,14 +185,18 @@ fn best_cut(
     region: &Region,
     shape: Shape,
     candidates: &[Candidate],
+    most: [usize; 2],
     canvas: &mut Canvas,
     options: &LayoutOptions,
     monitor: &Monitor,
 ) -> Result<Option<Vec<Region>>, Cancelled> {
     let mut best: Option<((usize, usize), f64, &Candidate)> = None;
     let length = canvas.positions.len();
-    for candidate in candidates {
+    for (tried, candidate) in candidates.iter().enumerate() {
         monitor.check()?;
+        if tried >= most[usize::from(best.is_none())] {
+            break;
+        }
         // No later candidate can cost less than this one does before its penalties and its reward for balance.
         let least = if shape.concave > 0 { candidate.trace.cost } else { candidate.trace.cost / 0.6 };
         if best.is_some_and(|(rank, cost, _)| rank == (0, 0) && cost <= least) {
@@ -181,8 +204,12 @@ fn best_cut(
         }
         let parts = region.cut(&candidate.trace, candidate.share, &mut canvas.positions);
         canvas.positions.truncate(length);
-        let Some(parts) = parts else { continue };
-        let shapes: Vec<Shape> = parts.iter().map(|part| Shape::of(part, options.side_turn)).collect();
+        let failed = (region.vertex[candidate.trace.start() as usize], candidate.share.start[0]);
+        let Some(parts) = parts else {
+            canvas.failed.insert(failed);
+            continue;
+        };
+        let shapes: Vec<Shape> = parts.iter().map(|part| Shape::of(part, options)).collect();
         let badness: usize = shapes.iter().map(Shape::badness).sum();
         let concave: usize = shapes.iter().map(|s| s.concave).sum();
         let irregular: usize = shapes.iter().map(|s| s.sides.abs_diff(4)).sum();
@@ -190,14 +217,15 @@ fn best_cut(
             [a, b] => a.area().min(b.area()) / region.area(),
             _ => 0.5,
         };
-        let round: usize = shapes.iter().map(|s| s.round).sum();
+        let round: usize = shapes.iter().map(Shape::soft).sum();
         let (rank, cost) = if shape.concave > 0 {
             if concave >= shape.concave {
+                canvas.failed.insert(failed);
                 continue;
             }
             ((0, 0), candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64))
         } else {
-            if (badness, round) >= (shape.badness(), shape.round) {
+            if (badness, round) >= (shape.badness(), shape.soft()) {
                 continue;
             }
             ((badness, round), candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance))
@@ -249,6 +277,9 @@ impl Search<'_> {
             let q = quarters[start as usize];
             for j in 1..q {
                 monitor.check()?;
+                if self.strict && concave && self.canvas.failed.contains(&(self.region.vertex[start as usize], j)) {
+                    continue;
+                }
                 let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
                 let found = self.graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back));
                 let Some(trace) = found else { continue };
@@ -312,4 +343,47 @@ fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
         }
     }
     crowded
+}
+
+/// Cuts a closed region open along the cheapest trace between two singular vertices or, where there are none, along a short one.
+/// `None` where no trace is found.
+pub(super) fn open_closed(
+    region: &Region,
+    canvas: &mut Canvas,
+    options: &LayoutOptions,
+    monitor: &Monitor,
+) -> Result<Option<Vec<Region>>, Cancelled> {
+    let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
+    let singular: Vec<u32> = (0..).zip(&region.index).filter(|(_, index)| **index != 0).map(|(v, _)| v).collect();
+    let starts = if singular.len() < 2 { vec![0] } else { singular };
+    let stride = starts.len().div_ceil(STARTS);
+    let mut best: Option<Trace> = None;
+    for &start in starts.iter().step_by(stride) {
+        for quarter in 0..4 {
+            monitor.check()?;
+            let from = region.mesh.positions[start as usize];
+            let lands = |v: u32| {
+                if starts.len() > 1 {
+                    region.index[v as usize] != 0
+                } else {
+                    region.mesh.positions[v as usize].distance(from) > SLIT * canvas.edge_length
+                }
+            };
+            let visit = |v: u32, _: f64| if lands(v) { Visit::Land(0.0) } else { Visit::Pass };
+            let limit = best.as_ref().map_or(f64::INFINITY, |best| best.cost);
+            let direction = graph.field(start) + f64::from(quarter) * FRAC_PI_2;
+            if let Some(trace) = graph.trace(start, direction, &options.trace, limit, visit)
+                && best.as_ref().is_none_or(|best| trace.cost < best.cost)
+            {
+                best = Some(trace);
+            }
+        }
+    }
+    let Some(trace) = best else { return Ok(None) };
+    // A tip has the quads that the field wants there.
+    let [start, end] = [trace.start(), trace.end()].map(|v| [(4 - region.index[v as usize]).clamp(1, 8) as u8; 2]);
+    let parts = region.cut(&trace, Share { start, end }, &mut canvas.positions);
+    canvas.fixed.resize(canvas.positions.len(), false);
+    canvas.node.resize(canvas.positions.len(), false);
+    Ok(parts)
 }

@@ -16,13 +16,18 @@ mod region;
 
 pub use region::CornerAngles;
 
-use divide::{Canvas, Step, divide};
+use divide::{Canvas, Step, divide, open_closed};
 use mesh::{Cancelled, Monitor, NONE, Topology, TriangleMesh};
+use ordered_float::OrderedFloat;
 use region::Region;
+use solve::components::connected_components;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use surface::cross_field::{CrossFieldError, cross_field};
 use surface::tracing::TraceOptions;
+
+/// Singularities that cancel are left out where they are closer than this, in edge lengths.
+const NEAR: f64 = 6.0;
 
 /// How a region is divided.
 #[derive(Debug, Clone, Copy)]
@@ -34,13 +39,24 @@ pub struct LayoutOptions {
     /// A patch whose side bends by more than this in total is divided further when a trace allows it, so that its quads can
     /// turn gradually; radians. Default: 135 degrees.
     pub side_turn: f64,
+    /// A patch with a longer side is divided further when a trace allows it; scene units. Default: none is too long.
+    pub longest: f64,
     /// Times that the interior edges are halved before tracing. Default: 1; more is smoother and four times slower.
     pub refinements: u32,
+    /// Whether a part between features that cannot be divided is left out instead of an error. Default: no.
+    pub partial: bool,
 }
 
 impl Default for LayoutOptions {
     fn default() -> Self {
-        Self { corners: CornerAngles::default(), trace: TraceOptions::default(), side_turn: PI * 0.75, refinements: 1 }
+        Self {
+            corners: CornerAngles::default(),
+            trace: TraceOptions::default(),
+            side_turn: PI * 0.75,
+            longest: f64::INFINITY,
+            refinements: 1,
+            partial: false,
+        }
     }
 }
 
@@ -82,6 +98,8 @@ pub struct Patch {
     pub corners: Vec<u32>,
     /// Sides counter-clockwise, each a list of sub-sides counter-clockwise.
     pub sides: Vec<Vec<u32>>,
+    /// The part between features that it belongs to, see [`parts`].
+    pub part: u32,
 }
 
 /// A region divided into patches.
@@ -96,6 +114,8 @@ pub struct PatchLayout {
     /// Concave corners of the border that no trace could divide: each time one occurs here, it counts a quad less. Their quads
     /// have wide angles.
     pub flattened: Vec<u32>,
+    /// Parts between features that have no patches, and why: only with [`LayoutOptions::partial`].
+    pub undivided: Vec<(u32, Fault)>,
 }
 
 impl PatchLayout {
@@ -118,6 +138,9 @@ impl PatchLayout {
 /// What is wrong with a part that could not be divided further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
+    /// No first cut opens it.
+    #[error("is closed")]
+    Closed,
     /// A slit's tip that no trace leaves.
     #[error("has a concave corner that no trace can divide")]
     Concave,
@@ -141,12 +164,6 @@ pub enum Fault {
 /// Why a region could not be divided.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LayoutError {
-    /// Nothing to start a trace from.
-    #[error("the region of triangle {triangle} has no border; give it at least one hole")]
-    NoBorder {
-        /// A triangle of the closed component.
-        triangle: u32,
-    },
     /// Two fans meet at one vertex, or an edge has more than two triangles.
     #[error("the region is not manifold at vertex {vertex}; separate the parts that meet there")]
     NotManifold {
@@ -196,7 +213,8 @@ pub fn trace_layout(
         fixed: (0..fine.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect(),
         node: vec![false; fine.positions.len()],
         positions: fine.positions.clone(),
-        edge_length: mean_border_edge(&fine, &topology),
+        edge_length: mean_edge(&fine, &topology, &chains),
+        failed: BTreeSet::new(),
     };
     let feature_edges: Vec<u32> =
         chains.iter().filter_map(|&[a, b]| topology.find(a, b)).filter(|&h| !topology.is_border(h)).collect();
@@ -207,65 +225,114 @@ pub fn trace_layout(
     let whole = Region {
         vertex: (0..fine.positions.len() as u32).collect(),
         quarters: vec![0; fine.positions.len()],
+        index: indices(&fine, &field.singularities, NEAR * canvas.edge_length),
         field: field.face_directions,
         mesh: fine,
         topology,
     };
-    let mut pending = whole.open(&feature_edges, |_, _| 2);
-    for region in &mut pending {
-        classify(region, &options.corners, &mut canvas);
+    let mut pending = Vec::new();
+    let mut undivided = Vec::new();
+    for (part, mut region) in (0..).zip(whole.open(&feature_edges, |_, _| 2)) {
+        if region.topology.twin.contains(&NONE) {
+            classify(&mut region, &options.corners, &mut canvas);
+            pending.push((part, region));
+            continue;
+        }
+        match open_closed(&region, &mut canvas, options, monitor)? {
+            Some(parts) => pending.extend(parts.into_iter().map(|region| (part, region))),
+            None if options.partial => undivided.push((part, Fault::Closed)),
+            None => return Err(stuck(mesh, &region, Fault::Closed)),
+        }
     }
     pending.reverse();
-    let (mut patches, mut flattened) = (Vec::new(), Vec::new());
-    while let Some(region) = pending.pop() {
+    let (mut patches, mut flattened): (Vec<(u32, Region)>, _) = (Vec::new(), Vec::new());
+    while let Some((part, region)) = pending.pop() {
         match divide(&region, &mut canvas, options, monitor)? {
             Step::Patch => {
                 let mut patch = region;
                 patch.split_chords(&mut canvas.positions);
-                patches.push(patch);
+                patches.push((part, patch));
             }
-            Step::Parts(parts) => pending.extend(parts.into_iter().rev()),
+            Step::Parts(parts) => pending.extend(parts.into_iter().rev().map(|region| (part, region))),
             Step::Flattened(region, v) => {
                 flattened.push(v);
-                pending.push(*region);
+                pending.push((part, *region));
+            }
+            Step::Stuck(fault) if options.partial => {
+                undivided.push((part, fault));
+                patches.retain(|patch| patch.0 != part);
+                pending.retain(|region| region.0 != part);
             }
             Step::Stuck(fault) => return Err(stuck(mesh, &region, fault)),
         }
     }
-    Ok(assemble::assemble(&patches, canvas.positions, &kinds, flattened))
+    let (parts, regions): (Vec<u32>, Vec<Region>) = patches.into_iter().unzip();
+    let mut layout = assemble::assemble(&regions, canvas.positions, &kinds, flattened);
+    for (patch, part) in layout.patches.iter_mut().zip(parts) {
+        patch.part = part;
+    }
+    layout.undivided = undivided;
+    Ok(layout)
 }
 
-/// Every vertex must have one fan of triangles, every component a border.
+/// The part of each triangle: connected triangles that no feature separates, in the order of their first ones. O(triangles log features).
+pub fn parts(mesh: &TriangleMesh, features: &[[u32; 2]]) -> Vec<u32> {
+    let topology = Topology::of_triangles(mesh);
+    let cut: BTreeSet<[u32; 2]> = features.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+    let joined = topology.edges().filter(|&h| {
+        let ends = [topology.from(h), topology.to(h)];
+        !topology.is_border(h) && !cut.contains(&[ends[0].min(ends[1]), ends[0].max(ends[1])])
+    });
+    let joined = joined.map(|h| (h / 3, topology.twin[h as usize] / 3));
+    let mut part = vec![0; mesh.triangles.len()];
+    for (k, group) in (0..).zip(connected_components(mesh.triangles.len(), joined)) {
+        for t in group {
+            part[t as usize] = k;
+        }
+    }
+    part
+}
+
+/// Every vertex must have one fan of triangles.
 fn check(mesh: &TriangleMesh) -> Result<(), LayoutError> {
     let topology = Topology::of_triangles(mesh);
     let mut corners = vec![0; mesh.positions.len()];
     mesh.triangles.iter().flatten().for_each(|&v| corners[v as usize] += 1);
-    if let Some(v) = (0..corners.len()).find(|&v| topology.around(v as u32).count() != corners[v]) {
-        return Err(LayoutError::NotManifold { vertex: v as u32 });
-    }
-    let mut reached: Vec<bool> =
-        (0..mesh.triangles.len()).map(|t| (3 * t..3 * t + 3).any(|h| topology.twin[h] == NONE)).collect();
-    let mut stack: Vec<usize> = (0..reached.len()).filter(|&t| reached[t]).collect();
-    while let Some(t) = stack.pop() {
-        for h in 3 * t..3 * t + 3 {
-            let twin = topology.twin[h];
-            if twin != NONE && !reached[twin as usize / 3] {
-                reached[twin as usize / 3] = true;
-                stack.push(twin as usize / 3);
-            }
-        }
-    }
-    match reached.iter().position(|&seen| !seen) {
-        Some(t) => Err(LayoutError::NoBorder { triangle: t as u32 }),
+    match (0..corners.len()).find(|&v| topology.around(v as u32).count() != corners[v]) {
+        Some(v) => Err(LayoutError::NotManifold { vertex: v as u32 }),
         None => Ok(()),
     }
 }
 
-fn mean_border_edge(mesh: &TriangleMesh, topology: &Topology) -> f64 {
-    let lengths: Vec<f64> = (0..topology.len() as u32)
-        .filter(|&h| topology.is_border(h))
-        .map(|h| mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize]))
-        .collect();
+/// The index of the cross at each vertex, without neighbours that cancel: no trace comes between them.
+fn indices(mesh: &TriangleMesh, singularities: &[(u32, i32)], reach: f64) -> Vec<i8> {
+    let mut index = vec![0; mesh.positions.len()];
+    for &(v, turns) in singularities {
+        index[v as usize] = turns.clamp(-4, 4) as i8;
+    }
+    let at = |k: usize| mesh.positions[singularities[k].0 as usize];
+    let pairs = (0..singularities.len()).flat_map(|a| (0..a).map(move |b| (b, a)));
+    let mut near: Vec<(OrderedFloat<f64>, usize, usize)> =
+        pairs.map(|(a, b)| (OrderedFloat(at(a).distance(at(b))), a, b)).filter(|pair| pair.0.0 < reach).collect();
+    near.sort_unstable();
+    for (_, a, b) in near {
+        let [a, b] = [a, b].map(|k| singularities[k].0 as usize);
+        if index[a] != 0 && index[a] == -index[b] {
+            (index[a], index[b]) = (0, 0);
+        }
+    }
+    index
+}
+
+/// Mean length of what quads keep to: the border and the features or, without any, all edges.
+fn mean_edge(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2]]) -> f64 {
+    let length = |[a, b]: [u32; 2]| mesh.positions[a as usize].distance(mesh.positions[b as usize]);
+    let border =
+        (0..topology.len() as u32).filter(|&h| topology.is_border(h)).map(|h| [topology.from(h), topology.to(h)]);
+    let mut lengths: Vec<f64> = border.chain(features.iter().copied()).map(length).collect();
+    if lengths.is_empty() {
+        lengths = topology.edges().map(|h| length([topology.from(h), topology.to(h)])).collect();
+    }
     lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
 }
 

@@ -55,6 +55,8 @@ pub(super) struct Region {
     pub field: Vec<DVec3>,
     /// Quarters of each local border vertex; 0 inside.
     pub quarters: Vec<u8>,
+    /// Index of the cross at each local vertex inside, in quarter turns: 0 where it is regular, and on the border.
+    pub index: Vec<i8>,
     pub topology: Topology,
 }
 
@@ -177,7 +179,7 @@ impl Region {
     /// The part made of some triangles. The corners at a vertex that uncut edges join become one local vertex.
     fn extract(&self, faces: &[usize], crosses: &impl Fn(usize) -> bool, quarters: &impl Fn(u32, u8) -> u8) -> Self {
         let mut local = vec![NONE; self.topology.len()];
-        let (mut vertex, mut positions, mut worth) = (vec![], vec![], vec![]);
+        let (mut vertex, mut positions, mut worth, mut index) = (vec![], vec![], vec![], vec![]);
         for &face in faces {
             for h in 3 * face..3 * face + 3 {
                 if local[h] != NONE {
@@ -209,13 +211,14 @@ impl Region {
                 }
                 vertex.push(self.vertex[origin]);
                 positions.push(self.mesh.positions[origin]);
+                index.push(if closed { self.index[origin] } else { 0 });
                 worth.push(if closed { 0 } else { quarters(first as u32, self.quarters[origin]) });
             }
         }
         let triangles = faces.iter().map(|&f| [local[3 * f], local[3 * f + 1], local[3 * f + 2]]).collect();
         let field = faces.iter().map(|&f| self.field[f]).collect();
         let topology = self.topology_of(faces, crosses, &local, vertex.len());
-        Self { vertex, mesh: TriangleMesh { positions, triangles }, field, quarters: worth, topology }
+        Self { vertex, mesh: TriangleMesh { positions, triangles }, field, quarters: worth, index, topology }
     }
 
     /// Topology of some triangles of this region, read off its own: hashing the edges anew is what cutting would spend its time on.
@@ -276,6 +279,7 @@ impl Region {
         self.mesh.positions.push(at);
         self.vertex.push(positions.len() as u32);
         self.quarters.push(0);
+        self.index.push(0);
         positions.push(at);
         self.topology.outgoing.push(self.topology.next[h as usize]);
         let [beyond, before] = [h, twin].map(|h| self.split_triangle(h, middle));
@@ -349,7 +353,8 @@ mod tests {
         let quarters = (0..count as u32).map(|v| 2 * u8::from(topology.is_border_vertex(v))).collect();
         let field = vec![DVec3::X; mesh.triangles.len()];
         let mut positions = mesh.positions.clone();
-        let mut region = Region { vertex: (0..count as u32).collect(), mesh, field, quarters, topology };
+        let index = vec![0; count];
+        let mut region = Region { vertex: (0..count as u32).collect(), mesh, field, quarters, index, topology };
         for k in 0..40 {
             let h = (0..region.topology.len() as u32).filter(|&h| !region.topology.is_border(h)).nth(k * 3);
             let h = h.expect("an interior edge");
