@@ -10,7 +10,7 @@ use quadrangulate::quantise::{self, Quantisation, quantise};
 use quadrangulate::{Filler, PatchTopology};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Share of even sizes against regular patches. With 0.3 a plate had 154 instead of 122 irregular vertices, with 0.03 angles were off by more.
+/// Share of even sizes against regular patches. With 0.3 a goat's head had 154 instead of 122 irregular vertices.
 const ALPHA: f64 = 0.1;
 /// Layouts with more free counts get rounded ones: a proof of the best takes longer than it is worth.
 const MOST_VARIABLES: usize = 60;
