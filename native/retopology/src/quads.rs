@@ -17,7 +17,7 @@ use crate::sizing::scaled_area;
 use crate::surfaces::Ground;
 use crate::templates::{self, Catalogue, TemplateChoice};
 use crate::work::{TIMES, TIMES_AFTER_EDIT, Wanted, Work};
-use mesh::{DVec3, Monitor, NONE, PolygonMesh, TriangleMesh};
+use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh};
 use std::collections::BTreeMap;
 use std::time::Instant;
 use surface::smooth::SmoothOptions;
@@ -404,7 +404,7 @@ pub(crate) fn quads_after(
         patches: patches.len(),
         patches_kept: first,
         singles: patches.iter().filter(|p| p.triangles.len() == 1).count(),
-        irregular: irregular(&mesh),
+        irregular: irregular(&Topology::of(&mesh)),
         counts: counts.of_edge,
         edge_length: counts.edge_length,
         faces: mesh.face_count(),
@@ -440,10 +440,9 @@ pub(crate) fn angle_deviation(p: [DVec3; 4]) -> f64 {
 }
 
 /// Inner vertices of other valence than 4.
-pub(crate) fn irregular(mesh: &PolygonMesh) -> usize {
-    let topology = mesh::Topology::of(mesh);
+pub(crate) fn irregular(topology: &Topology) -> usize {
     let off = |v: &u32| !topology.is_border_vertex(*v) && topology.around(*v).count() != 4;
-    (0..mesh.vertex_count() as u32).filter(off).count()
+    (0..topology.outgoing.len() as u32).filter(off).count()
 }
 
 impl SourcePoint {

@@ -318,7 +318,7 @@ impl Mirror {
 
         let mut report = made.report;
         report.faces = mesh.face_count();
-        report.irregular_vertices = irregular(&mesh);
+        report.irregular_vertices = irregular(&Topology::of(&mesh));
         (report.base_vertices, report.base_triangles) = (base.vertex_count(), base.face_count());
         for doubled in [
             &mut report.sites_added,

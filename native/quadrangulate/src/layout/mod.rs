@@ -186,7 +186,7 @@ pub enum LayoutError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Divides a region (any number of components, each with a border) into patches. Every border vertex is a vertex of the
+/// Divides a region (any number of components; a closed one is cut open first) into patches. Every border vertex is a vertex of the
 /// output; `features` are interior edges (vertex pairs) that must become sides. The mesh should be isotropic with edges about
 /// as long as the border's.
 ///

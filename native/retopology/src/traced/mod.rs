@@ -11,7 +11,7 @@ mod plan;
 
 use crate::error::LayoutError;
 use crate::fill::{Filled, Place, doubled};
-use crate::quads::angle_deviation;
+use crate::quads::{angle_deviation, irregular};
 use crate::rails::Rails;
 use crate::work::{Wanted, Work};
 use mesh::{DVec3, Monitor, Topology, TriangleMesh, scaled_jacobian, split_quad};
@@ -173,9 +173,7 @@ impl Work<'_> {
 
     /// Inner vertices of other valence than 4.
     pub fn irregular(&self) -> usize {
-        let topology = Topology::new(self.filled.positions.len(), &self.filled.quads);
-        let off = |v: &u32| !topology.is_border_vertex(*v) && topology.around(*v).count() != 4;
-        (0..self.filled.positions.len() as u32).filter(off).count()
+        irregular(&Topology::new(self.filled.positions.len(), &self.filled.quads))
     }
 
     /// Share of the length of the rails within [`NEAR`] mean edge lengths of the quads' edges along them.
