@@ -15,13 +15,15 @@
 use crate::cross_field::wrap_quarter;
 use glam::{DVec2, DVec3};
 use mesh::{NONE, Topology, TriangleMesh};
-use std::cell::OnceCell;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Triangles that one arc may cross.
 const REACH: usize = 4;
+/// No way to a node.
+const NO_WAY: (f64, u32, u32) = (f64::INFINITY, NONE, NONE);
 /// An arc keeps this far from the ends of an edge it crosses, as a fraction of the edge: closer, the detour over the vertex is
 /// as straight and cutting leaves no sliver.
 const MARGIN: f64 = 0.12;
@@ -112,23 +114,60 @@ struct Arcs {
     crossings: Vec<(u32, u32, f64)>,
 }
 
+/// What tracing measures at a corner of a triangle: the same wherever the triangle goes, so that a mesh cut in two keeps them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// Length of the half-edge that starts here, scene units.
+    pub length: f64,
+    /// Angle between it and the one before, radians.
+    pub angle: f64,
+    /// Direction of the triangle's cross, from the half-edge counter-clockwise, radians.
+    pub cross: f64,
+}
+
+impl Corner {
+    /// The corners of a triangle, from one `direction` of its cross. O(1).
+    pub fn of(mesh: &TriangleMesh, triangle: usize, direction: DVec3) -> [Self; 3] {
+        let p = mesh.points(triangle);
+        let normal = mesh.area_normal(triangle).normalize_or_zero();
+        [0, 1, 2].map(|k| {
+            let along = p[(k + 1) % 3] - p[k];
+            Self {
+                length: p[k].distance(p[(k + 1) % 3]),
+                angle: along.angle_between(p[(k + 2) % 3] - p[k]),
+                cross: direction.dot(normal.cross(along)).atan2(direction.dot(along)),
+            }
+        })
+    }
+
+    /// Those of a whole mesh, with a direction of the cross of each triangle: one for each half-edge. O(n).
+    pub fn of_mesh(mesh: &TriangleMesh, directions: &[DVec3]) -> Vec<Self> {
+        directions.iter().enumerate().flat_map(|(t, &direction)| Self::of(mesh, t, direction)).collect()
+    }
+}
+
+/// The cheapest way to each node of a search: its cost, the arc that reached it and the node it came from.
+type Ways = Vec<(f64, u32, u32)>;
+
 /// The tracing graph of a mesh with a cross per face. Arcs are found when a path first comes to their vertex, so that short
 /// traces on a large mesh stay cheap: about 5 microseconds and 2 kB a vertex.
 ///
 /// The polar frame of an interior vertex measures angles from the half-edge `topology.outgoing`, scaled to a full turn; that
 /// of a border vertex from its outgoing border half-edge through the inside, unscaled, up to [`FieldGraph::angle`].
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct FieldGraph<'a> {
-    mesh: &'a TriangleMesh,
     topology: &'a Topology,
+    corners: &'a [Corner],
     /// Direction of each half-edge in the frame of its origin.
     polar: Vec<f64>,
     /// Angles of a vertex's frame over those of the surface.
     scale: Vec<f64>,
     angle: Vec<f64>,
     on_border: Vec<bool>,
-    field: Vec<f64>,
-    arcs: Vec<OnceCell<Arcs>>,
+    field: Vec<OnceLock<f64>>,
+    arcs: Vec<OnceLock<Arcs>>,
+    /// Room for searches, with no way to any node: to make it anew for each would cost more than a short trace.
+    room: Mutex<Vec<Ways>>,
 }
 
 /// Strip of triangles unfolded into the plane about the start, while looking for vertices in sight.
@@ -143,57 +182,43 @@ struct Sight<'a> {
 }
 
 impl<'a> FieldGraph<'a> {
-    /// Builds the graph from one direction of the cross of each face, in the plane of its face.
-    pub fn new(mesh: &'a TriangleMesh, topology: &'a Topology, face_directions: &[DVec3]) -> Self {
-        let vertices = mesh.positions.len();
+    /// Builds the graph from the corners of a triangle mesh, one for each half-edge.
+    pub fn new(topology: &'a Topology, corners: &'a [Corner]) -> Self {
+        let vertices = topology.outgoing.len();
         let mut graph = Self {
-            mesh,
             topology,
-            polar: Vec::new(),
-            scale: Vec::new(),
+            corners,
+            polar: vec![0.0; topology.len()],
+            scale: vec![1.0; vertices],
             angle: vec![0.0; vertices],
             on_border: (0..vertices as u32).map(|v| topology.is_border_vertex(v)).collect(),
-            field: vec![0.0; vertices],
-            arcs: vec![OnceCell::new(); vertices],
+            field: vec![OnceLock::new(); vertices],
+            arcs: vec![OnceLock::new(); vertices],
+            room: Mutex::default(),
         };
-        let mut polar = vec![0.0; topology.len()];
-        let mut scale = vec![1.0; vertices];
-        for v in 0..vertices as u32 {
+        for v in 0..vertices {
             let mut sum = 0.0;
-            for h in topology.around(v) {
-                polar[h as usize] = sum;
-                sum += corner_angle(mesh, topology, h);
+            for h in topology.around(v as u32) {
+                graph.polar[h as usize] = sum;
+                sum += corners[h as usize].angle;
             }
-            graph.angle[v as usize] = sum;
-            if !graph.on_border[v as usize] && sum > 0.0 {
-                scale[v as usize] = TAU / sum;
-                topology.around(v).for_each(|h| polar[h as usize] *= TAU / sum);
+            graph.angle[v] = sum;
+            if !graph.on_border[v] && sum > 0.0 {
+                graph.scale[v] = TAU / sum;
+                topology.around(v as u32).for_each(|h| graph.polar[h as usize] *= TAU / sum);
             }
-            let mut power = DVec2::ZERO;
-            for h in topology.around(v) {
-                let [a, b] = [v, topology.to(h)].map(|u| mesh.positions[u as usize]);
-                let f = h as usize / 3;
-                let (x, y) = (b - a, mesh.area_normal(f).normalize_or_zero().cross(b - a));
-                let cross = face_directions[f].dot(y).atan2(face_directions[f].dot(x));
-                // The frame stretches angles: measure from the middle of the corner, so that both its sides count alike.
-                let corner = corner_angle(mesh, topology, h);
-                let stretch = 0.5 * corner * (scale[v as usize] - 1.0);
-                power += corner * DVec2::from_angle(4.0 * (polar[h as usize] + stretch + cross));
-            }
-            graph.field[v as usize] = power.to_angle() / 4.0;
         }
-        graph.polar = polar;
-        graph.scale = scale;
         graph
     }
 
     /// The arcs that leave a vertex.
     fn arcs(&self, start: u32) -> &Arcs {
         self.arcs[start as usize].get_or_init(|| {
-            let mut sight = Sight { graph: self, found: Arcs::default(), start, base: 0.0, through: vec![] };
+            let found = Arcs { arcs: Vec::with_capacity(32), crossings: Vec::with_capacity(32) };
+            let mut sight = Sight { graph: self, found, start, base: 0.0, through: Vec::with_capacity(REACH) };
             for h in self.topology.around(start) {
                 let twin = self.topology.twin[h as usize];
-                let length = edge_length(self.mesh, self.topology, h);
+                let Corner { length, angle, .. } = self.corners[h as usize];
                 if twin != NONE {
                     sight.found.arcs.push(Arc {
                         to: self.topology.to(h),
@@ -204,10 +229,8 @@ impl<'a> FieldGraph<'a> {
                     });
                 }
                 sight.base = self.polar[h as usize];
-                let corner = corner_angle(self.mesh, self.topology, h);
                 let right = DVec2::new(length, 0.0);
-                let left =
-                    edge_length(self.mesh, self.topology, self.topology.prev[h as usize]) * DVec2::from_angle(corner);
+                let left = self.corners[self.topology.prev[h as usize] as usize].length * DVec2::from_angle(angle);
                 sight.look(self.topology.next[h as usize], [right, left], [right, left]);
             }
             sight.found
@@ -221,7 +244,16 @@ impl<'a> FieldGraph<'a> {
 
     /// The angle of one direction of the cross in the polar frame of a vertex; add quarter turns for the others.
     pub fn field(&self, v: u32) -> f64 {
-        self.field[v as usize]
+        *self.field[v as usize].get_or_init(|| {
+            let mut power = DVec2::ZERO;
+            for h in self.topology.around(v) {
+                let Corner { angle, cross, .. } = self.corners[h as usize];
+                // The frame stretches angles: measure from the middle of the corner, so that both its sides count alike.
+                let stretch = 0.5 * angle * (self.scale[v as usize] - 1.0);
+                power += angle * DVec2::from_angle(4.0 * (self.polar[h as usize] + stretch + cross));
+            }
+            power.to_angle() / 4.0
+        })
     }
 
     /// The cheapest path from `start` that leaves within the cone of `direction` (an angle in its polar frame), follows the
@@ -237,8 +269,28 @@ impl<'a> FieldGraph<'a> {
         mut visit: impl FnMut(u32, f64) -> Visit,
     ) -> Option<Trace> {
         let nodes = 4 * self.field.len();
-        // Per node: cost, the arc that reached it and the node it came from.
-        let mut best: Vec<(f64, u32, u32)> = vec![(f64::INFINITY, NONE, NONE); nodes];
+        let room = || self.room.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut best = room().pop().unwrap_or_else(|| vec![NO_WAY; nodes]);
+        let mut reached_nodes = Vec::new();
+        let found = self.search(start, direction, options, limit, &mut visit, (&mut best, &mut reached_nodes));
+        for node in reached_nodes {
+            best[node as usize] = NO_WAY;
+        }
+        room().push(best);
+        found
+    }
+
+    /// See [`FieldGraph::trace`]; `ways` has none, and gets the nodes it has ways to.
+    fn search(
+        &self,
+        start: u32,
+        direction: f64,
+        options: &TraceOptions,
+        limit: f64,
+        visit: &mut impl FnMut(u32, f64) -> Visit,
+        (best, ways): (&mut Ways, &mut Vec<u32>),
+    ) -> Option<Trace> {
+        let nodes = best.len();
         let mut landing: Option<(f64, u32, u32)> = None;
         let mut queue = BinaryHeap::new();
         let origin = nodes as u32;
@@ -252,7 +304,7 @@ impl<'a> FieldGraph<'a> {
             } else if cost > best[node as usize].0 {
                 continue;
             } else {
-                (node / 4, self.field[node as usize / 4] + f64::from(node % 4) * FRAC_PI_2)
+                (node / 4, self.field(node / 4) + f64::from(node % 4) * FRAC_PI_2)
             };
             for (index, arc) in self.arcs(v).arcs.iter().enumerate() {
                 let index = index as u32;
@@ -262,8 +314,10 @@ impl<'a> FieldGraph<'a> {
                 }
                 // A border vertex has no settled cross: its landing is judged by the angle of arrival alone.
                 let travel = arc.back + PI;
-                let off = wrap_quarter(travel - self.field[arc.to as usize]);
-                let settled = if self.on_border[arc.to as usize] { turn } else { off.abs() };
+                let is_inside = !self.on_border[arc.to as usize];
+                let field = if is_inside { self.field(arc.to) } else { 0.0 };
+                let off = wrap_quarter(travel - field);
+                let settled = if is_inside { off.abs() } else { turn };
                 let deviation = (turn * turn + settled * settled) / (2.0 * FRAC_PI_4 * FRAC_PI_4);
                 let reached = cost + arc.length * (1.0 + options.penalty * deviation);
                 match visit(arc.to, arc.back) {
@@ -274,9 +328,12 @@ impl<'a> FieldGraph<'a> {
                         }
                     }
                     Visit::Pass => {
-                        let branch = ((travel - off - self.field[arc.to as usize]) / FRAC_PI_2).round().rem_euclid(4.0);
+                        let branch = (((travel - off - field) / FRAC_PI_2).round() as i64).rem_euclid(4);
                         let next = 4 * arc.to + branch as u32;
                         if reached < best[next as usize].0 {
+                            if best[next as usize].1 == NONE {
+                                ways.push(next);
+                            }
                             best[next as usize] = (reached, index, node);
                             queue.push(Reached { cost: reached, node: next });
                         }
@@ -310,7 +367,8 @@ impl<'a> FieldGraph<'a> {
     /// Signed angle between two directions at a vertex.
     fn difference(&self, v: u32, a: f64, b: f64) -> f64 {
         let d = a - b;
-        if self.on_border[v as usize] { d } else { d - TAU * (d / TAU).round() }
+        // Most are less than half a turn, and rounding takes its time.
+        if self.on_border[v as usize] || d.abs() < 3.0 { d } else { d - TAU * (d / TAU).round() }
     }
 }
 
@@ -346,11 +404,8 @@ impl Sight<'_> {
         }
         let beyond = self.graph.topology.next[twin as usize];
         let apex = self.graph.topology.prev[twin as usize];
-        let point = unfold(
-            ends,
-            edge_length(self.graph.mesh, self.graph.topology, beyond),
-            edge_length(self.graph.mesh, self.graph.topology, apex),
-        );
+        let [from_right, from_left] = [beyond, apex].map(|h| self.graph.corners[h as usize].length);
+        let point = unfold(ends, from_right, from_left);
         self.through.push((edge, ends[0], ends[1]));
         let [from_right, from_left] = [window[0].perp_dot(point), point.perp_dot(window[1])];
         if from_right > 0.0 && from_left > 0.0 {
@@ -403,17 +458,6 @@ fn unfold([right, left]: [DVec2; 2], from_right: f64, from_left: f64) -> DVec2 {
     let x = (width * width + from_right * from_right - from_left * from_left) / (2.0 * width);
     let height = (from_right * from_right - x * x).max(0.0).sqrt();
     right + (along * x - along.perp() * height) / width
-}
-
-fn edge_length(mesh: &TriangleMesh, topology: &Topology, h: u32) -> f64 {
-    mesh.positions[topology.from(h) as usize].distance(mesh.positions[topology.to(h) as usize])
-}
-
-/// Angle at the origin of a half-edge, between it and the previous one.
-fn corner_angle(mesh: &TriangleMesh, topology: &Topology, h: u32) -> f64 {
-    let [at, to, back] = [topology.from(h), topology.to(h), topology.from(topology.prev[h as usize])]
-        .map(|v| mesh.positions[v as usize]);
-    (to - at).angle_between(back - at)
 }
 
 #[cfg(test)]

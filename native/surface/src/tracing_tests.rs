@@ -2,9 +2,9 @@ use super::*;
 use crate::cross_field::cross_field;
 use testkit::plane_region::{circle, plane_region, subdivided};
 
-fn graph_of<'a>(mesh: &'a TriangleMesh, topology: &'a Topology) -> FieldGraph<'a> {
+fn corners_of(mesh: &TriangleMesh, topology: &Topology) -> Vec<Corner> {
     let field = cross_field(mesh, topology, &[]).expect("a field");
-    FieldGraph::new(mesh, topology, &field.face_directions)
+    Corner::of_mesh(mesh, &field.face_directions)
 }
 
 fn place(mesh: &TriangleMesh, point: TracePoint) -> DVec3 {
@@ -24,13 +24,14 @@ fn land(graph: &FieldGraph<'_>, topology: &Topology, v: u32, back: f64) -> Visit
 
 #[test]
 fn traces_in_a_rectangle_are_straight() {
-    let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)].map(DVec2::from);
-    let mesh = plane_region(&[subdivided(&corners, 0.25)], |p| p.extend(0.0));
+    let rectangle = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)].map(DVec2::from);
+    let mesh = plane_region(&[subdivided(&rectangle, 0.25)], |p| p.extend(0.0));
     let topology = Topology::of_triangles(&mesh);
-    let graph = graph_of(&mesh, &topology);
+    let corners = corners_of(&mesh, &topology);
+    let graph = FieldGraph::new(&topology, &corners);
     for v in (0..mesh.positions.len() as u32).filter(|&v| topology.is_border_vertex(v)) {
         let p = mesh.positions[v as usize];
-        if corners.iter().any(|&c| c == p.truncate()) {
+        if rectangle.iter().any(|&c| c == p.truncate()) {
             continue;
         }
         let trace = graph.trace(v, graph.angle(v) / 2.0, &TraceOptions::default(), f64::INFINITY, |u, back| {
@@ -48,7 +49,8 @@ fn traces_in_a_rectangle_are_straight() {
 fn lengths_and_angles_agree_with_the_points() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.7 * (-0.4 * p.length_squared()).exp()));
     let topology = Topology::of_triangles(&mesh);
-    let graph = graph_of(&mesh, &topology);
+    let corners = corners_of(&mesh, &topology);
+    let graph = FieldGraph::new(&topology, &corners);
     let mut traced = 0;
     for v in 0..36 {
         let Some(trace) = graph.trace(v, graph.angle(v) / 2.0, &TraceOptions::default(), f64::INFINITY, |u, back| {
@@ -91,7 +93,8 @@ fn lengths_and_angles_agree_with_the_points() {
 fn arcs_see_about_two_dozen_vertices_and_both_ways() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.3 * p.x * p.y));
     let topology = Topology::of_triangles(&mesh);
-    let graph = graph_of(&mesh, &topology);
+    let corners = corners_of(&mesh, &topology);
+    let graph = FieldGraph::new(&topology, &corners);
     let arcs = |v: u32| &graph.arcs(v).arcs;
     let interior: Vec<u32> = (0..mesh.positions.len() as u32).filter(|&v| !topology.is_border_vertex(v)).collect();
     let mean = interior.iter().map(|&v| arcs(v).len()).sum::<usize>() / interior.len();
@@ -113,7 +116,8 @@ fn arcs_see_about_two_dozen_vertices_and_both_ways() {
 fn limits_and_walls_stop_the_search() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.0));
     let topology = Topology::of_triangles(&mesh);
-    let graph = graph_of(&mesh, &topology);
+    let corners = corners_of(&mesh, &topology);
+    let graph = FieldGraph::new(&topology, &corners);
     let from = |limit: f64, wall: bool| {
         graph.trace(0, graph.angle(0) / 2.0, &TraceOptions::default(), limit, |u, back| {
             if wall && topology.is_border_vertex(u) { Visit::Block } else { land(&graph, &topology, u, back) }

@@ -11,6 +11,7 @@ use super::region::{Region, Share};
 use super::{Fault, LayoutOptions};
 use glam::DVec3;
 use mesh::{Cancelled, Monitor};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI};
 use surface::tracing::{FieldGraph, Trace, TraceOptions, Visit};
@@ -19,6 +20,8 @@ use surface::tracing::{FieldGraph, Trace, TraceOptions, Visit};
 const STARTS: usize = 48;
 /// Cuts evaluated in one region, cheapest traces first; more, up to the second number, while none of them helps.
 const CUTS: [usize; 2] = [24, 120];
+/// Cuts, and traces of which the cheapest are wanted, that are made at the same time.
+const TOGETHER: usize = 4;
 
 /// Length of the first cut where the field is regular, in edge lengths.
 const SLIT: f64 = 4.0;
@@ -35,6 +38,15 @@ pub(super) struct Canvas {
     pub edge_length: f64,
     /// Traces, by vertex and quarter, that gave no cut when they were the cheapest: tried last.
     pub failed: BTreeSet<(u32, u8)>,
+}
+
+impl Canvas {
+    /// Vertices that a cut made.
+    fn add(&mut self, positions: Vec<DVec3>) {
+        self.positions.extend(positions);
+        self.fixed.resize(self.positions.len(), false);
+        self.node.resize(self.positions.len(), false);
+    }
 }
 
 /// A region's distance from being a patch.
@@ -150,7 +162,7 @@ pub(super) fn divide(
     if fault.is_none() && shape.soft() == 0 {
         return Ok(Step::Patch);
     }
-    let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
+    let graph = FieldGraph::new(&region.topology, &region.corners);
     let crowded = crowded(region, canvas);
     // First only the cheapest traces of concave corners, then all, then wider cones that may also crowd other sides' ends.
     let tries = [(1.0, true, true), (1.0, true, false), (1.5, false, false), (2.0, false, false)];
@@ -190,62 +202,96 @@ fn best_cut(
     options: &LayoutOptions,
     monitor: &Monitor,
 ) -> Result<Option<Vec<Region>>, Cancelled> {
-    let mut best: Option<((usize, usize), f64, &Candidate)> = None;
-    let length = canvas.positions.len();
-    for (tried, candidate) in candidates.iter().enumerate() {
-        monitor.check()?;
-        if tried >= most[usize::from(best.is_none())] {
-            break;
-        }
+    let first = canvas.positions.len();
+    let mut best: Option<((usize, usize), f64, &Candidate, Cut)> = None;
+    let is_over = |tried: usize, candidate: &Candidate, best: &Option<((usize, usize), f64, &Candidate, Cut)>| {
         // No later candidate can cost less than this one does before its penalties and its reward for balance.
         let least = if shape.concave > 0 { candidate.trace.cost } else { candidate.trace.cost / 0.6 };
-        if best.is_some_and(|(rank, cost, _)| rank == (0, 0) && cost <= least) {
+        tried >= most[usize::from(best.is_none())]
+            || best.as_ref().is_some_and(|(rank, cost, ..)| *rank == (0, 0) && *cost <= least)
+    };
+    // For a concave corner the first cut often will do; else most are compared.
+    let together = if shape.concave > 0 { 1 } else { TOGETHER };
+    for (start, batch) in candidates.chunks(together).enumerate().map(|(k, batch)| (k * together, batch)) {
+        if is_over(start, &batch[0], &best) {
             break;
         }
-        let parts = region.cut(&candidate.trace, candidate.share, &mut canvas.positions);
-        canvas.positions.truncate(length);
-        let failed = (region.vertex[candidate.trace.start() as usize], candidate.share.start[0]);
-        let Some(parts) = parts else {
-            canvas.failed.insert(failed);
-            continue;
+        let cut = |candidate: &Candidate| {
+            monitor.check()?;
+            let cut = region.cut(&candidate.trace, candidate.share, first);
+            Ok(cut.map(|(parts, added)| Cut::new(parts, added, region, options)))
         };
-        let shapes: Vec<Shape> = parts.iter().map(|part| Shape::of(part, options)).collect();
-        let badness: usize = shapes.iter().map(Shape::badness).sum();
-        let concave: usize = shapes.iter().map(|s| s.concave).sum();
-        let irregular: usize = shapes.iter().map(|s| s.sides.abs_diff(4)).sum();
-        let balance = match &parts[..] {
-            [a, b] => a.area().min(b.area()) / region.area(),
-            _ => 0.5,
-        };
-        let round: usize = shapes.iter().map(Shape::soft).sum();
-        let (rank, cost) = if shape.concave > 0 {
-            if concave >= shape.concave {
+        let cuts: Vec<Option<Cut>> = batch.par_iter().map(cut).collect::<Result<_, Cancelled>>()?;
+        for (tried, (candidate, cut)) in (start..).zip(batch.iter().zip(cuts)) {
+            if is_over(tried, candidate, &best) {
+                break;
+            }
+            let failed = (region.vertex[candidate.trace.start() as usize], candidate.share.start[0]);
+            let Some(cut) = cut else {
                 canvas.failed.insert(failed);
                 continue;
+            };
+            let (rank, cost) = if shape.concave > 0 {
+                if cut.concave >= shape.concave {
+                    canvas.failed.insert(failed);
+                    continue;
+                }
+                let worse = cut.badness.saturating_sub(shape.badness());
+                ((0, 0), candidate.trace.cost * (1.0 + 0.5 * worse as f64))
+            } else {
+                if (cut.badness, cut.soft) >= (shape.badness(), shape.soft()) {
+                    continue;
+                }
+                let cost = candidate.trace.cost * (1.0 + 0.1 * cut.irregular as f64) / (0.1 + cut.balance);
+                ((cut.badness, cut.soft), cost)
+            };
+            if best.as_ref().is_none_or(|(found, least, ..)| (rank, cost) < (*found, *least)) {
+                best = Some((rank, cost, candidate, cut));
             }
-            ((0, 0), candidate.trace.cost * (1.0 + 0.5 * badness.saturating_sub(shape.badness()) as f64))
-        } else {
-            if (badness, round) >= (shape.badness(), shape.soft()) {
-                continue;
-            }
-            ((badness, round), candidate.trace.cost * (1.0 + 0.1 * irregular as f64) / (0.1 + balance))
-        };
-        if best.is_none_or(|(found, least, _)| (rank, cost) < (found, least)) {
-            best = Some((rank, cost, candidate));
         }
     }
-    let Some((.., chosen)) = best else {
+    let Some((.., chosen, Cut { parts, added, .. })) = best else {
         return Ok(None);
     };
-    let Some(parts) = region.cut(&chosen.trace, chosen.share, &mut canvas.positions) else {
-        return Ok(None);
-    };
-    canvas.fixed.resize(canvas.positions.len(), false);
-    canvas.node.resize(canvas.positions.len(), false);
+    canvas.add(added);
     for end in [chosen.trace.start(), chosen.trace.end()] {
         canvas.node[region.vertex[end as usize] as usize] = true;
     }
     Ok(Some(parts))
+}
+
+/// What a cut leaves.
+struct Cut {
+    parts: Vec<Region>,
+    /// Places of the new vertices.
+    added: Vec<DVec3>,
+    badness: usize,
+    concave: usize,
+    /// Sides more or fewer than four.
+    irregular: usize,
+    soft: usize,
+    /// Share of the smaller part in the area.
+    balance: f64,
+}
+
+impl Cut {
+    fn new(parts: Vec<Region>, added: Vec<DVec3>, region: &Region, options: &LayoutOptions) -> Self {
+        let shapes: Vec<Shape> = parts.iter().map(|part| Shape::of(part, options)).collect();
+        let sum = |of: fn(&Shape) -> usize| shapes.iter().map(of).sum();
+        let balance = match &parts[..] {
+            [a, b] => a.area().min(b.area()) / region.area(),
+            _ => 0.5,
+        };
+        Self {
+            badness: sum(Shape::badness),
+            concave: sum(|shape| shape.concave),
+            irregular: sum(|shape| shape.sides.abs_diff(4)),
+            soft: sum(Shape::soft),
+            balance,
+            parts,
+            added,
+        }
+    }
 }
 
 struct Search<'a> {
@@ -271,25 +317,36 @@ impl Search<'_> {
             let stride = starts.len().div_ceil(STARTS).max(1);
             starts = starts.into_iter().step_by(stride).collect();
         }
+        let failed = |&(start, j): &(u32, u8)| {
+            self.strict && concave && self.canvas.failed.contains(&(self.region.vertex[start as usize], j))
+        };
+        let ways = starts.into_iter().flat_map(|start| (1..quarters[start as usize]).map(move |j| (start, j)));
+        let ways: Vec<(u32, u8)> = ways.filter(|way| !failed(way)).collect();
         let mut candidates: Vec<Candidate> = Vec::new();
         let mut limit = f64::INFINITY;
-        for start in starts {
-            let q = quarters[start as usize];
-            for j in 1..q {
+        for some in ways.chunks(if self.hasty { TOGETHER } else { usize::MAX }) {
+            let find = |&(start, j): &(u32, u8)| {
                 monitor.check()?;
-                if self.strict && concave && self.canvas.failed.contains(&(self.region.vertex[start as usize], j)) {
-                    continue;
-                }
+                let q = quarters[start as usize];
                 let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
                 let found = self.graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back));
-                let Some(trace) = found else { continue };
-                if self.hasty {
-                    limit = limit.min(1.5 * trace.cost);
+                Ok(found.map(|trace| {
+                    let end = trace.end();
+                    let (i, _) = self.quarter_of(end, trace.arrival);
+                    let share = Share { start: [j, q - j], end: [i, quarters[end as usize] - i] };
+                    Candidate { trace, share }
+                }))
+            };
+            let found: Vec<Option<Candidate>> = some.par_iter().map(find).collect::<Result<_, Cancelled>>()?;
+            for candidate in found.into_iter().flatten() {
+                // As if they had been traced one after another.
+                if candidate.trace.cost > limit {
+                    continue;
                 }
-                let end = trace.end();
-                let (i, _) = self.quarter_of(end, trace.arrival);
-                let share = Share { start: [j, q - j], end: [i, quarters[end as usize] - i] };
-                candidates.push(Candidate { trace, share });
+                if self.hasty {
+                    limit = limit.min(1.5 * candidate.trace.cost);
+                }
+                candidates.push(candidate);
             }
         }
         candidates.sort_by(|a, b| a.trace.cost.total_cmp(&b.trace.cost));
@@ -353,7 +410,7 @@ pub(super) fn open_closed(
     options: &LayoutOptions,
     monitor: &Monitor,
 ) -> Result<Option<Vec<Region>>, Cancelled> {
-    let graph = FieldGraph::new(&region.mesh, &region.topology, &region.field);
+    let graph = FieldGraph::new(&region.topology, &region.corners);
     let singular: Vec<u32> = (0..).zip(&region.index).filter(|(_, index)| **index != 0).map(|(v, _)| v).collect();
     let starts = if singular.len() < 2 { vec![0] } else { singular };
     let stride = starts.len().div_ceil(STARTS);
@@ -382,8 +439,9 @@ pub(super) fn open_closed(
     let Some(trace) = best else { return Ok(None) };
     // A tip has the quads that the field wants there.
     let [start, end] = [trace.start(), trace.end()].map(|v| [(4 - region.index[v as usize]).clamp(1, 8) as u8; 2]);
-    let parts = region.cut(&trace, Share { start, end }, &mut canvas.positions);
-    canvas.fixed.resize(canvas.positions.len(), false);
-    canvas.node.resize(canvas.positions.len(), false);
-    Ok(parts)
+    let cut = region.cut(&trace, Share { start, end }, canvas.positions.len());
+    Ok(cut.map(|(parts, added)| {
+        canvas.add(added);
+        parts
+    }))
 }

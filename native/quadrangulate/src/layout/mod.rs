@@ -24,7 +24,7 @@ use solve::components::connected_components;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use surface::cross_field::{CrossFieldError, cross_field};
-use surface::tracing::TraceOptions;
+use surface::tracing::{Corner, TraceOptions};
 
 /// Singularities that cancel are left out where they are closer than this, in edge lengths.
 const NEAR: f64 = 6.0;
@@ -226,6 +226,7 @@ pub fn trace_layout(
         vertex: (0..fine.positions.len() as u32).collect(),
         quarters: vec![0; fine.positions.len()],
         index: indices(&fine, &field.singularities, NEAR * canvas.edge_length),
+        corners: Corner::of_mesh(&fine, &field.face_directions),
         field: field.face_directions,
         mesh: fine,
         topology,

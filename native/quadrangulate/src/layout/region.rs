@@ -10,7 +10,7 @@ use glam::DVec3;
 use mesh::{NONE, Topology, TriangleMesh};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
-use surface::tracing::{Trace, TracePoint};
+use surface::tracing::{Corner, Trace, TracePoint};
 
 /// Which corners of a border are convex, flat and concave. Angles are measured inside the region, on the surface, in radians.
 #[derive(Debug, Clone, Copy)]
@@ -53,6 +53,8 @@ pub(super) struct Region {
     pub mesh: TriangleMesh,
     /// A direction of the cross of each triangle.
     pub field: Vec<DVec3>,
+    /// The corners of the triangles, one for each half-edge.
+    pub corners: Vec<Corner>,
     /// Quarters of each local border vertex; 0 inside.
     pub quarters: Vec<u8>,
     /// Index of the cross at each local vertex inside, in quarter turns: 0 where it is regular, and on the border.
@@ -82,11 +84,8 @@ impl Region {
     /// Sum of the corner angles at each vertex.
     pub fn angles(&self) -> Vec<f64> {
         let mut angles = vec![0.0; self.vertex.len()];
-        for (t, triangle) in self.mesh.triangles.iter().enumerate() {
-            let p = self.mesh.points(t);
-            for k in 0..3 {
-                angles[triangle[k] as usize] += (p[(k + 1) % 3] - p[k]).angle_between(p[(k + 2) % 3] - p[k]);
-            }
+        for (&v, corner) in self.mesh.triangles.iter().flatten().zip(&self.corners) {
+            angles[v as usize] += corner.angle;
         }
         angles
     }
@@ -96,33 +95,22 @@ impl Region {
         (0..self.mesh.triangles.len()).map(|t| self.mesh.area_normal(t).length() / 2.0).sum()
     }
 
-    /// Cuts along a path and returns the one or two parts, the one that holds triangle 0 first. Points inside edges become
-    /// vertices, appended to `positions`. `None` when the path crosses itself.
-    pub fn cut(&self, trace: &Trace, share: Share, positions: &mut Vec<DVec3>) -> Option<Vec<Self>> {
+    /// Cuts along a path and returns the one or two parts, the one that holds triangle 0 first, and the places of the vertices that
+    /// points inside edges become: `first` and following ones of the whole mesh. `None` when the path crosses itself.
+    pub fn cut(&self, trace: &Trace, share: Share, first: usize) -> Option<(Vec<Self>, Vec<DVec3>)> {
         let mut whole = self.clone();
         let mut path = Vec::with_capacity(trace.points.len());
-        let appended = positions.len();
+        let mut added = Vec::new();
         for &point in &trace.points {
             path.push(match point {
                 TracePoint::Vertex(v) => v,
-                TracePoint::Edge(a, b, t) => {
-                    let Some(v) = whole.split_edge(a, b, t, positions) else {
-                        positions.truncate(appended);
-                        return None;
-                    };
-                    v
-                }
+                TracePoint::Edge(a, b, t) => whole.split_edge(a, b, t, first, &mut added)?,
             });
         }
         if path.iter().collect::<BTreeSet<_>>().len() < path.len() {
-            positions.truncate(appended);
             return None;
         }
-        let edges: Option<Vec<u32>> = path.windows(2).map(|w| whole.topology.find(w[0], w[1])).collect();
-        let Some(edges) = edges else {
-            positions.truncate(appended);
-            return None;
-        };
+        let edges: Vec<u32> = path.windows(2).map(|w| whole.topology.find(w[0], w[1])).collect::<Option<_>>()?;
         let ends = [
             (path[0], share.start, edges[0]),
             (path[path.len() - 1], share.end, whole.topology.twin[edges[edges.len() - 1] as usize]),
@@ -136,7 +124,8 @@ impl Region {
                 quarters_at.insert(h, share[side]);
             }
         }
-        Some(whole.open(&edges, |h, old| quarters_at.get(&h).copied().unwrap_or(if old == 0 { 2 } else { old })))
+        let quarters = |h, old| quarters_at.get(&h).copied().unwrap_or(if old == 0 { 2 } else { old });
+        Some((whole.open(&edges, quarters), added))
     }
 
     /// Opens the mesh along interior edges (one half-edge each) and returns the connected parts, ordered by their first
@@ -217,8 +206,9 @@ impl Region {
         }
         let triangles = faces.iter().map(|&f| [local[3 * f], local[3 * f + 1], local[3 * f + 2]]).collect();
         let field = faces.iter().map(|&f| self.field[f]).collect();
+        let corners = faces.iter().flat_map(|&f| &self.corners[3 * f..3 * f + 3]).copied().collect();
         let topology = self.topology_of(faces, crosses, &local, vertex.len());
-        Self { vertex, mesh: TriangleMesh { positions, triangles }, field, quarters: worth, index, topology }
+        Self { vertex, mesh: TriangleMesh { positions, triangles }, field, corners, quarters: worth, index, topology }
     }
 
     /// Topology of some triangles of this region, read off its own: hashing the edges anew is what cutting would spend its time on.
@@ -266,18 +256,19 @@ impl Region {
         let ends = |h: u32| [self.topology.from(h), self.topology.to(h)];
         let chords: Vec<[u32; 2]> = self.topology.edges().filter(chord).map(ends).collect();
         for [a, b] in chords {
-            self.split_edge(a, b, 0.5, positions);
+            self.split_edge(a, b, 0.5, 0, positions);
         }
     }
 
-    /// Puts a vertex on the interior edge from `a` to `b`. `None` when there is no such edge.
-    fn split_edge(&mut self, a: u32, b: u32, t: f64, positions: &mut Vec<DVec3>) -> Option<u32> {
+    /// Puts a vertex on the interior edge from `a` to `b`: its place is added to those that the whole mesh has from vertex `first` on.
+    /// `None` when there is no such edge.
+    fn split_edge(&mut self, a: u32, b: u32, t: f64, first: usize, positions: &mut Vec<DVec3>) -> Option<u32> {
         let h = self.topology.find(a, b).filter(|&h| !self.topology.is_border(h))?;
         let twin = self.topology.twin[h as usize];
         let middle = self.vertex.len() as u32;
         let at = self.mesh.positions[a as usize].lerp(self.mesh.positions[b as usize], t);
         self.mesh.positions.push(at);
-        self.vertex.push(positions.len() as u32);
+        self.vertex.push((first + positions.len()) as u32);
         self.quarters.push(0);
         self.index.push(0);
         positions.push(at);
@@ -299,6 +290,9 @@ impl Region {
         self.mesh.triangles[face][next as usize % 3] = middle;
         self.mesh.triangles.push(far);
         self.field.push(self.field[face]);
+        let [own, other] = [face, self.field.len() - 1].map(|f| Corner::of(&self.mesh, f, self.field[face]));
+        self.corners[3 * face..3 * face + 3].copy_from_slice(&own);
+        self.corners.extend(other);
         // The new triangle's half-edges lie as those of the old one, `added` places on.
         let first = topology.len() as u32;
         topology.origin.extend(far);
@@ -338,6 +332,7 @@ mod tests {
         let own = &region.topology;
         assert_eq!((&own.twin, &own.face, &own.next), (&fresh.twin, &fresh.face, &fresh.next));
         assert_eq!((&own.prev, &own.origin), (&fresh.prev, &fresh.origin));
+        assert_eq!(region.corners, Corner::of_mesh(&region.mesh, &region.field));
         for v in 0..region.vertex.len() as u32 {
             assert_eq!(own.from(own.outgoing[v as usize]), v);
             assert_eq!(own.is_border_vertex(v), fresh.is_border_vertex(v));
@@ -354,11 +349,13 @@ mod tests {
         let field = vec![DVec3::X; mesh.triangles.len()];
         let mut positions = mesh.positions.clone();
         let index = vec![0; count];
-        let mut region = Region { vertex: (0..count as u32).collect(), mesh, field, quarters, index, topology };
+        let corners = Corner::of_mesh(&mesh, &field);
+        let mut region =
+            Region { vertex: (0..count as u32).collect(), mesh, field, corners, quarters, index, topology };
         for k in 0..40 {
             let h = (0..region.topology.len() as u32).filter(|&h| !region.topology.is_border(h)).nth(k * 3);
             let h = h.expect("an interior edge");
-            let middle = region.split_edge(region.topology.from(h), region.topology.to(h), 0.4, &mut positions);
+            let middle = region.split_edge(region.topology.from(h), region.topology.to(h), 0.4, 0, &mut positions);
             assert_eq!(middle, Some((count + k) as u32));
             check(&region);
         }
