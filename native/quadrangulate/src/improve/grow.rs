@@ -103,9 +103,13 @@ impl Refill<'_, '_> {
 
     /// Adds the quads around a vertex. Twice: one may touch the others at its corner only, until the one between is there.
     pub(super) fn surround(&mut self, v: u32) {
-        let around = self.search.mesh.around[v as usize].clone();
-        for q in [&around[..], &around[..]].concat() {
-            self.add(q);
+        self.add_around(v);
+        self.add_around(v);
+    }
+
+    fn add_around(&mut self, v: u32) {
+        for k in 0..self.search.mesh.around[v as usize].len() {
+            self.add(self.search.mesh.around[v as usize][k]);
         }
     }
 
@@ -124,9 +128,7 @@ impl Refill<'_, '_> {
             if is_inner || (1..=2).contains(&self.wanted(v)) || self.disk.quads.len() > self.most {
                 continue;
             }
-            for q in self.search.mesh.around[v as usize].clone() {
-                self.add(q);
-            }
+            self.add_around(v);
         }
         let mut rim = std::mem::take(&mut self.disk.rim);
         rim.retain(|&q| self.across[q as usize].iter().any(|&(other, _)| !self.disk.has(other)));

@@ -4,6 +4,7 @@ use super::ImproveOptions;
 use super::editable::Editable;
 use super::operators::Operator;
 use mesh::{Cancelled, DVec3, Monitor, NONE};
+use rayon::prelude::*;
 use std::ops::Range;
 use surface::smooth::Constraint;
 use surface::smooth_star::{Goal, Reference, Star, Track, quad_quality};
@@ -37,6 +38,9 @@ const SETTLED: f64 = 0.02;
 /// irregular vertices out, and one that does not. Of 14,000 changes tried, these bounds gave up 9,000 after the first
 /// sweeps, 180 of them among the 1,670 that would have been kept, most with little to gain.
 const HOPELESS: [f64; 2] = [1.0, 0.2];
+
+/// Normals that are looked up by one thread.
+const TOGETHER: usize = 128;
 
 struct Plan {
     gain: i32,
@@ -253,18 +257,16 @@ impl<'a> Search<'a> {
         Some(self.mesh.quads[q as usize]?.map(|v| self.mesh.positions[v as usize]))
     }
 
-    fn refresh_normal(&mut self, q: u32) {
-        if let Some(p) = self.points(q) {
-            let surface = self.surfaces[self.mesh.surface_of[q as usize] as usize];
-            self.normals[q as usize] = surface.normal_under(p, &mut { NONE });
-        }
+    fn normal(&self, q: u32) -> Option<DVec3> {
+        let surface = self.surfaces[self.mesh.surface_of[q as usize] as usize];
+        Some(surface.normal_under(self.points(q)?, &mut { NONE }))
     }
 
     pub(super) fn extend_normals(&mut self) {
-        for q in self.normals.len()..self.mesh.quads.len() {
-            self.normals.push(DVec3::ZERO);
-            self.refresh_normal(q as u32);
-        }
+        let new = self.normals.len() as u32..self.mesh.quads.len() as u32;
+        let normal = |q: u32| self.normal(q).unwrap_or(DVec3::ZERO);
+        let normals: Vec<DVec3> = new.into_par_iter().with_min_len(TOGETHER).map(normal).collect();
+        self.normals.extend(normals);
     }
 
     fn worst_at(&self, v: u32) -> f64 {
@@ -328,7 +330,9 @@ impl<'a> Search<'a> {
             }
         }
         for q in self.quads_at(vertices) {
-            self.refresh_normal(q);
+            if let Some(normal) = self.normal(q) {
+                self.normals[q as usize] = normal;
+            }
         }
     }
 }
