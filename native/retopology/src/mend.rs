@@ -47,7 +47,7 @@ const BUDGET: usize = 250;
 
 /// [`quality`] of each quad.
 pub(crate) fn qualities(patch: &QuadPatch, surfaces: &[&dyn Reference]) -> Vec<f64> {
-    let quads = patch.quads.iter().zip(&patch.surface_of);
+    let quads = patch.quads.par_iter().zip(&patch.surface_of);
     quads
         .map(|(quad, &surface)| quality(quad.map(|v| patch.positions[v as usize]), surfaces[surface as usize]))
         .collect()

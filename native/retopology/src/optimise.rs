@@ -109,11 +109,18 @@ pub(crate) fn pull(
     // The triangle under each vertex, where the next search begins, and its normal: thin parts have another side.
     let mut under: Vec<(u32, DVec3)> = unknown
         .par_iter()
-        .map(|&v| {
-            let mut under = NONE;
-            let normal = shape.charts[chart[v] as usize].project_near(positions[v], &mut under).normal;
-            (under, normal)
-        })
+        .map_init(
+            || NONE,
+            |near, &v| {
+                let chart = &shape.charts[chart[v] as usize];
+                if let Some(foot) = chart.project_surely(positions[v], near) {
+                    return (*near, foot.normal);
+                }
+                let mut under = NONE;
+                let normal = chart.project_near(positions[v], &mut under).normal;
+                (under, normal)
+            },
+        )
         .collect();
     for _ in 0..rounds {
         monitor.check()?;

@@ -93,6 +93,11 @@ impl Reference for Chart {
         self.found(self.closest.project_near(point, *under), under)
     }
 
+    fn project_surely(&self, point: DVec3, under: &mut u32) -> Option<SurfacePoint> {
+        let found = self.closest.project_surely(point, *under)?;
+        Some(self.found(found, under))
+    }
+
     fn project_facing(&self, point: DVec3, facing: DVec3, under: &mut u32) -> SurfacePoint {
         match self.closest.project_facing(point, facing, *under) {
             Some(found) => self.found(found, under),

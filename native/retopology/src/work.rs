@@ -18,6 +18,7 @@ use crate::surfaces::{Chart, Ground};
 use mesh::{DVec3, Monitor, NONE};
 use quadrangulate::PatchTopology;
 use quadrangulate::improve::{QuadPatch, Setting, refill};
+use rayon::prelude::*;
 use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::Reference;
 
@@ -323,8 +324,15 @@ impl<'a> Work<'a> {
     /// Lets go of vertices around which quads are bad. Returns how many.
     fn release(&mut self, fixed: &[usize]) -> usize {
         let surfaces = surfaces(self.charts);
+        let mut asked = vec![false; self.filled.positions.len()];
+        for &v in fixed {
+            asked[v] = true;
+        }
         let mut bad = vec![false; self.filled.positions.len()];
         for (quad, &c) in self.filled.quads.iter().zip(&self.chart_of_quad) {
+            if quad.iter().all(|&v| !asked[v as usize]) {
+                continue;
+            }
             if mend::quality(quad.map(|v| self.filled.positions[v as usize]), surfaces[c as usize]) < WORST_REACHED {
                 for &v in quad {
                     bad[v as usize] = true;
@@ -467,11 +475,11 @@ impl<'a> Work<'a> {
                 chart[v as usize] = c;
             }
         }
-        let find = |(&p, &c): (&mesh::DVec3, &u32)| {
+        let find = |(&p, &c): (&DVec3, &u32)| {
             let found = self.charts[c as usize].find(p);
             let triangle = self.base.source.get(found.triangle as usize).copied().unwrap_or(NONE);
             SourcePoint { triangle, surface_triangle: found.triangle, barycentric: found.barycentric }
         };
-        self.filled.positions.iter().zip(&chart).map(find).collect()
+        self.filled.positions.par_iter().zip(&chart).map(find).collect()
     }
 }

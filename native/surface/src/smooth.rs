@@ -6,7 +6,7 @@
 //! visited in groups without a common quad, so that those of a group can move at once and the result does not depend on threads; the
 //! vertices of bad quads one after another, worst first.
 
-use crate::smooth_star::{Goal, Polyline, Reference, Star, Track, quad_quality};
+use crate::smooth_star::{Goal, Polyline, Reference, Star, SurfacePoint, Track, quad_quality};
 use glam::DVec3;
 use mesh::{Cancelled, Monitor, NONE};
 use rayon::prelude::*;
@@ -203,6 +203,40 @@ impl<'a> Smoother<'a> {
             })
             .collect();
         smoother
+    }
+
+    /// The feet of vertices on the surface of their first quad, and the triangles there, where those are sure.
+    fn feet(&self, monitor: &Monitor) -> Result<Vec<Option<(SurfacePoint, u32)>>, Cancelled> {
+        let find = |near: &mut u32, v: usize| {
+            if v.is_multiple_of(1024) {
+                monitor.check()?;
+            }
+            let Some(&(q, _)) = self.quads_around(v).first() else { return Ok(None) };
+            let surface = self.patch.surfaces[self.patch.surface_of[q as usize] as usize];
+            Ok(surface.project_surely(self.positions[v], near).map(|foot| (foot, *near)))
+        };
+        (0..self.positions.len()).into_par_iter().with_min_len(TOGETHER).map_init(|| NONE, find).collect()
+    }
+
+    /// The normals to begin with.
+    fn first_normals(&mut self, feet: &[Option<(SurfacePoint, u32)>], monitor: &Monitor) -> Result<(), Cancelled> {
+        let find = |q: usize| {
+            if q.is_multiple_of(1024) {
+                monitor.check()?;
+            }
+            let surface = self.patch.surface_of[q];
+            let known = |v: u32| {
+                let (first, _) = self.quads_around(v as usize)[0];
+                feet[v as usize].filter(|_| self.patch.surface_of[first as usize] == surface)
+            };
+            let mut under = NONE;
+            let feet = self.patch.quads[q].map(known);
+            let normal = self.patch.surfaces[surface as usize].normal_with(self.points(q), feet, &mut under);
+            Ok((normal, under))
+        };
+        let found: Vec<(DVec3, u32)> = (0..self.normals.len()).into_par_iter().map(find).collect::<Result<_, _>>()?;
+        (self.normals, self.under_quad) = found.into_iter().unzip();
+        Ok(())
     }
 
     fn refresh_normals(&mut self, monitor: &Monitor) -> Result<(), Cancelled> {
@@ -406,9 +440,10 @@ pub fn smooth_quads(
 ) -> Result<SmoothReport, SmoothError> {
     patch.validate(positions.len())?;
     let mut smoother = Smoother::new(patch, positions, options);
-    smoother.refresh_normals(monitor)?;
+    let feet = smoother.feet(monitor)?;
+    smoother.first_normals(&feet, monitor)?;
     let worst_before = smoother.report(1.0).worst;
-    for v in 0..smoother.positions.len() {
+    for (v, foot) in feet.into_iter().enumerate() {
         if v % 1024 == 0 {
             monitor.check()?;
         }
@@ -417,6 +452,9 @@ pub fn smooth_quads(
         }
         smoother.positions[v] = if let Constraint::OnChain(chain) = patch.constraints[v] {
             patch.chains[chain as usize].at(smoother.arc[v])
+        } else if let Some((foot, under)) = foot {
+            smoother.under[v] = under;
+            foot.point
         } else {
             let quad = smoother.quads_around(v)[0].0;
             let surface = patch.surfaces[patch.surface_of[quad as usize] as usize];

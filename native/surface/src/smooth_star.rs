@@ -35,9 +35,24 @@ pub trait Reference: Sync {
         self.project_near(point, &mut { NONE })
     }
 
+    /// The same, where it is sure to be the same whatever triangle is taken to be near; else `None`. For those that ask often.
+    fn project_surely(&self, _point: DVec3, _under: &mut u32) -> Option<SurfacePoint> {
+        None
+    }
+
     /// The normal under the middle of a quad, on the side where its corners are: those lie on the surface.
     fn normal_under(&self, corners: [DVec3; 4], under: &mut u32) -> DVec3 {
-        let facing = corners.iter().map(|&p| self.project_near(p, under).normal).sum();
+        self.normal_with(corners, [None; 4], under)
+    }
+
+    /// The same where the feet of some corners are known from [`Reference::project_surely`], with the triangles below them.
+    fn normal_with(&self, corners: [DVec3; 4], feet: [Option<(SurfacePoint, u32)>; 4], under: &mut u32) -> DVec3 {
+        let foot = |(p, known): (DVec3, Option<(SurfacePoint, u32)>)| {
+            let Some((foot, below)) = known else { return self.project_near(p, under) };
+            *under = below;
+            foot
+        };
+        let facing = corners.into_iter().zip(feet).map(foot).map(|foot| foot.normal).sum();
         self.project_facing(corners.iter().sum::<DVec3>() / 4.0, facing, under).normal
     }
 }
@@ -323,12 +338,14 @@ impl Star {
         goal: Goal,
         mut places: impl Iterator<Item = (DVec3, f64)>,
     ) -> Option<(DVec3, f64)> {
-        let worst = self.quality(x);
-        let room = self.shortest_edge(x).min(LEAST_EDGE * self.edge_length(x));
+        // Most places are good enough whatever there was at `x`.
+        let is_no_worse = |quality: f64| quality >= FLOOR - 1e-12 || quality >= self.quality(x).min(FLOOR) - 1e-12;
+        let room = LEAST_EDGE * self.edge_length(x);
+        let has_room = |shortest: f64| shortest >= room || shortest >= self.shortest_edge(x).min(room);
         places.find(|&(place, _)| {
             self.value(place, goal) < before * (1.0 - 1e-9)
-                && self.quality(place) >= worst.min(FLOOR) - 1e-12
-                && self.shortest_edge(place) >= room
+                && is_no_worse(self.quality(place))
+                && has_room(self.shortest_edge(place))
         })
     }
 }
