@@ -16,6 +16,7 @@ use crate::rails::Rails;
 use crate::sizing::scaled_area;
 use crate::surfaces::Ground;
 use crate::templates::{self, Catalogue, TemplateChoice};
+use crate::traced::{Remade, Remaking};
 use crate::work::{TIMES, TIMES_AFTER_EDIT, Wanted, Work};
 use mesh::{DVec3, Monitor, NONE, PolygonMesh, Topology, TriangleMesh};
 use std::collections::BTreeMap;
@@ -335,40 +336,32 @@ pub(crate) fn quads_after(
         work.mend_all(&smooth, sound, refills, monitor)
     };
     // Painted sizes and chosen templates are the base's.
-    let remade = if refills && templates.is_empty() && options.density.is_empty() {
-        work.traced(&plain, contrast.shortest, &all, monitor)?
+    let traced = if refills && templates.is_empty() && options.density.is_empty() {
+        let remaking =
+            Remaking { work: &work, wanted: &all, plain: &plain, shortest: contrast.shortest, smooth: &smooth, target };
+        remaking.remade(finish, monitor)?
     } else {
         None
     };
-    let mut traced = None;
-    if let Some(mut remade) = remade {
-        // Vertices of bent features slide to where quads are square before they are put on the bends.
-        remade.let_go();
-        let first = Wanted { rounds: ROUNDS_BEFORE_REFILLING, ..all };
-        remade.relax(&vec![true; remade.filled.positions.len()], &first, &smooth, 0, monitor)?;
-        remade.refill(&vec![false; remade.filled.quads.len()], monitor)?;
-        remade.let_go();
-        if remade.promises(&work, target) {
-            let done = finish(&mut remade)?;
-            traced = Some((remade, done));
-        }
-    }
     clock.stop("trace");
     // Those that were there are finished only where they may be better.
-    let (mut mended, mut inverted);
-    let is_traced;
-    (work, (mended, inverted), is_traced) = match traced {
-        Some((traced, done)) if done.1 == 0 && traced.is_better(&work, false, target) => (traced, done, true),
+    let is_sound = |remade: &Remade<'_>, inverted: usize| remade.done.1 <= inverted && remade.lost == 0;
+    let (mended, inverted, is_traced);
+    match traced {
+        Some(traced) if is_sound(&traced, 0) && traced.work.is_better(&work, false, target) => {
+            (work, (mended, inverted), is_traced) = (traced.work, traced.done, true);
+        }
         traced => {
             let done = finish(&mut work)?;
             match traced {
-                Some((traced, other)) if other.1 <= done.1 && traced.is_better(&work, true, target) => {
-                    (traced, other, true)
+                Some(traced) if is_sound(&traced, done.1) && traced.work.is_better(&work, true, target) => {
+                    (work, (mended, inverted), is_traced) = (traced.work, traced.done, true);
                 }
-                _ => (work, done, false),
+                _ => ((mended, inverted), is_traced) = (done, false),
             }
         }
-    };
+    }
+    let (mut mended, mut inverted) = (mended, inverted);
     if let Some(as_laid) = as_laid
         && target.is_some_and(|target| (work.filled.quads.len() as f64) < (1.0 - NEAR_TARGET) * target)
     {
@@ -417,8 +410,6 @@ pub(crate) fn quads_after(
     Ok((Quads { mesh, feature_edges, base_vertex, source, report }, kept))
 }
 
-/// Rounds of the pull before traced quads are refilled.
-const ROUNDS_BEFORE_REFILLING: usize = 10;
 /// Times that counts are raised where edges of two patches would be one.
 const NARROW_ROUNDS: u32 = 4;
 struct Clock {

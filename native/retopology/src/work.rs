@@ -389,6 +389,15 @@ impl<'a> Work<'a> {
         Ok((places, inverted))
     }
 
+    /// The middles of the quads that are inverted.
+    pub(crate) fn inverted(&self) -> Vec<DVec3> {
+        let surfaces = surfaces(self.charts);
+        let corners = |quad: &[u32; 4]| quad.map(|v| self.filled.positions[v as usize]);
+        let quads = self.filled.quads.iter().map(corners).zip(&self.chart_of_quad);
+        let inverted = quads.filter(|(p, c)| mend::quality(*p, surfaces[**c as usize]) <= mend::INVERTED);
+        inverted.map(|(p, _)| p.into_iter().sum::<DVec3>() / 4.0).collect()
+    }
+
     pub(crate) fn base(&self) -> &'a Base {
         self.base
     }

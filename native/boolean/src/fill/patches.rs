@@ -105,6 +105,7 @@ fn counts(
             ideal: steps.map(|[a, b]| a.distance(b) / size_at(a.midpoint(b))).sum(),
             // The vertices of lines are given, as those of the border are.
             fixed: (sub_side.kind != SubSideKind::Trace).then(|| sub_side.vertices.len() as u32 - 1),
+            least: 1,
             weight: 1.0,
         }
     });

@@ -29,6 +29,45 @@ pub(super) enum Part {
     Pattern,
 }
 
+impl Part {
+    /// How a deviation counts, before weights.
+    pub fn measure(self, deviation: f64, norm: Norm) -> f64 {
+        let counted = if self == Self::Pattern { deviation.max(0.0) } else { deviation };
+        if norm == Norm::Squared { counted * counted } else { counted.abs() }
+    }
+}
+
+/// What the sides of a patch should fulfil: a weighted sum of their counts, and how it is counted.
+pub(super) struct Condition {
+    pub part: Part,
+    /// A factor for each side.
+    pub factors: &'static [i32],
+    pub target: f64,
+}
+
+/// One irregular vertex is enough for a three-sided patch exactly when the triangle inequality is strict: l0 <= l1 + l2 - 2, since the
+/// perimeter is even.
+const TRIANGLE: [[i32; 3]; 3] = [[1, -1, -1], [-1, 1, -1], [-1, -1, 1]];
+/// None is needed for a four-sided one when opposite sides are equal.
+const QUAD: [[i32; 4]; 2] = [[1, 0, -1, 0], [0, 1, 0, -1]];
+/// One is enough for a five-sided one when l0 + l1 - l2 - l3 + l4 >= 2 for all rotations.
+const PENTAGON: [[i32; 5]; 5] =
+    [[-1, -1, 1, 1, -1], [-1, -1, -1, 1, 1], [1, -1, -1, -1, 1], [1, 1, -1, -1, -1], [-1, 1, 1, -1, -1]];
+
+/// The conditions on a patch of so many sides, and their weights.
+pub(super) fn conditions(sides: usize, options: &Options) -> impl Iterator<Item = (Condition, f64)> {
+    let regularity = 1.0 - options.alpha;
+    let (part, target, weight) =
+        if sides == 4 { (Part::Regularity, 0.0, 1.0) } else { (Part::Pattern, -2.0, options.pattern_weight) };
+    let all: Vec<&'static [i32]> = match sides {
+        3 => TRIANGLE.iter().map(|f| &f[..]).collect(),
+        4 => QUAD.iter().map(|f| &f[..]).collect(),
+        5 => PENTAGON.iter().map(|f| &f[..]).collect(),
+        _ => vec![],
+    };
+    all.into_iter().map(move |factors| (Condition { part, factors, target }, weight * regularity))
+}
+
 /// A convex cost of a sum of counts.
 #[derive(Debug, Clone)]
 pub(super) struct Penalty {
@@ -43,9 +82,7 @@ pub(super) struct Penalty {
 impl Penalty {
     /// The cost when the sum has a given value.
     pub fn cost(&self, value: i64) -> f64 {
-        let deviation = value as f64 - self.target;
-        let counted = if self.part == Part::Pattern { deviation.max(0.0) } else { deviation };
-        self.weight * if self.norm == Norm::Squared { counted * counted } else { counted.abs() }
+        self.weight * self.part.measure(value as f64 - self.target, self.norm)
     }
 
     /// The sum for given counts.
@@ -71,30 +108,12 @@ impl Penalties {
                 penalty(Part::Isometry, options.alpha * sub_side.weight, vec![(index, 1)], sub_side.ideal)
             })
             .collect();
-        let regularity = 1.0 - options.alpha;
         for patch in &layout.patches {
-            let sides = patch.sides.len();
-            // The factor of each side, counted from side `first` on.
-            let combine = |first: usize, factors: &[i32]| -> Vec<(u32, i32)> {
-                let signed = factors.iter().enumerate().map(|(k, &factor)| (&patch.sides[(first + k) % sides], factor));
-                signed.flat_map(|(side, factor)| side.iter().map(move |&sub_side| (sub_side, factor))).collect()
-            };
-            match sides {
-                // A three-sided patch needs one irregular vertex exactly when the triangle inequality is strict:
-                // l0 <= l1 + l2 - 2, since the perimeter is even.
-                3 => all.extend((0..3).map(|i| {
-                    penalty(Part::Pattern, options.pattern_weight * regularity, combine(i, &[1, -1, -1]), -2.0)
-                })),
-                4 => all.extend((0..2).map(|i| penalty(Part::Regularity, regularity, combine(i, &[1, 0, -1, 0]), 0.0))),
-                // A five-sided one when l0 + l1 - l2 - l3 + l4 >= 2 for all rotations.
-                5 => all.extend((0..5).map(|i| {
-                    penalty(Part::Pattern, options.pattern_weight * regularity, combine(i, &[-1, -1, 1, 1, -1]), -2.0)
-                })),
-                _ => {}
+            for (condition, weight) in conditions(patch.sides.len(), options) {
+                let signed = patch.sides.iter().zip(condition.factors).filter(|(_, factor)| **factor != 0);
+                let terms = signed.flat_map(|(side, &factor)| side.iter().map(move |&sub_side| (sub_side, factor)));
+                all.push(penalty(condition.part, weight, terms.collect(), condition.target));
             }
-        }
-        for penalty in &mut all {
-            penalty.terms.retain(|term| term.1 != 0);
         }
         all.retain(|penalty| penalty.weight > 0.0);
         let mut of_sub_side = vec![Vec::new(); layout.sub_sides.len()];

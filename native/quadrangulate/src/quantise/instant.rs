@@ -26,6 +26,9 @@ pub(super) fn counts(
     let users = users(layout);
     let mut counts: Vec<u32> =
         relax(layout, penalties)?.iter().map(|value| value.round().clamp(1.0, f64::from(MOST)) as u32).collect();
+    for (count, sub_side) in counts.iter_mut().zip(&layout.sub_sides).filter(|(_, sub_side)| sub_side.fixed.is_none()) {
+        *count = sub_side.least.max(*count);
+    }
     repair_parity(layout, penalties, &users, &mut counts, cancelled)?;
     lengthen_short_patches(layout, penalties, &mut counts)?;
     descend(layout, penalties, &users, &mut counts, cancelled)?;
@@ -83,7 +86,7 @@ fn repair_parity(
         };
         if layout.sub_sides[sub_side as usize].fixed.is_none() {
             // A step may even lower the energy; a T-join wants weights that are not negative.
-            edges.push((ends.0, ends.1, cheapest_step(penalties, counts, sub_side).1.max(0.0)));
+            edges.push((ends.0, ends.1, cheapest_step(layout, penalties, counts, sub_side).1.max(0.0)));
             sub_side_of_edge.push(sub_side);
         }
     }
@@ -98,16 +101,17 @@ fn repair_parity(
     }
     for edge in t_join(outside as usize + 1, &edges, &terminals, cancelled)? {
         let sub_side = sub_side_of_edge[edge];
-        let (step, _) = cheapest_step(penalties, counts, sub_side);
+        let (step, _) = cheapest_step(layout, penalties, counts, sub_side);
         change(counts, sub_side, step);
     }
     Ok(())
 }
 
 /// The step of one, up or down, that raises the energy least, and by how much.
-fn cheapest_step(penalties: &Penalties, counts: &[u32], sub_side: u32) -> (i64, f64) {
+fn cheapest_step(layout: &Layout, penalties: &Penalties, counts: &[u32], sub_side: u32) -> (i64, f64) {
     let up = penalties.rise(counts, sub_side, 1);
-    let down = if counts[sub_side as usize] > 1 { penalties.rise(counts, sub_side, -1) } else { f64::INFINITY };
+    let shrinks = counts[sub_side as usize] > layout.sub_sides[sub_side as usize].least;
+    let down = if shrinks { penalties.rise(counts, sub_side, -1) } else { f64::INFINITY };
     if down < up { (-1, down) } else { (1, up) }
 }
 
@@ -157,7 +161,7 @@ fn descend(
                     let next = i64::from(counts[sub_side as usize]) + step;
                     // Both uses by one patch change its perimeter.
                     let change = |patch| uses.iter().filter(|&&user| user == patch).count() as i64 * step;
-                    (1..=i64::from(MOST)).contains(&next)
+                    (i64::from(layout.sub_sides[sub_side as usize].least)..=i64::from(MOST)).contains(&next)
                         && uses.iter().all(|&patch| perimeter(layout, counts, patch) as i64 + change(patch) >= 4)
                 };
                 while allowed(counts) && penalties.rise(counts, sub_side, step) < -LEAST_GAIN {

@@ -84,11 +84,11 @@ fn solve_component(
     let mut programme = Programme::new();
     let mut variables: Vec<Option<Variable>> = vec![None; counts.len()];
     for &sub_side in &component.free {
-        let SubSide { ideal, weight, .. } = layout.sub_sides[sub_side as usize];
+        let SubSide { ideal, weight, least, .. } = layout.sub_sides[sub_side as usize];
         let reach = reach(weight);
         // The count at hand is kept possible where rounding errors and the limits of counts meet.
         let count = counts[sub_side as usize];
-        let low = ((ideal - reach).ceil().max(1.0) as i32).min(count as i32);
+        let low = ((ideal - reach).ceil().max(f64::from(least)) as i32).min(count as i32);
         let high = ((ideal + reach).floor().min(f64::from(MOST)) as i32).max(count as i32);
         variables[sub_side as usize] = Some(programme.variable(low..=high));
     }

@@ -3,26 +3,23 @@
 //! Vertices along features go where [`division`] puts them, those along traces lie evenly on them, and each patch is mapped
 //! onto its piece of the quads that were there. Parts that are kept keep their quads and share the new vertices along features.
 
-use super::Remaking;
+use super::Parts;
 use super::plan::{Piece, Plan, Traced};
 use crate::division;
 use crate::fill::{Filled, Place, divide_evenly};
 use mesh::{Cancelled, DVec3, Monitor, NONE};
-use quadrangulate::layout::SubSideKind;
 use quadrangulate::{DiskSurface, place};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Rails with fewer edges than this times what their bends need have vertices on the bends from the start.
-const ROOM: f64 = 1.3;
-
-impl Remaking<'_, '_> {
-    /// The quads of a plan; the patch of each is its part. `None` where a patch cannot be laid over its surface.
-    pub fn lay(&self, traced: &Traced, plan: &Plan, monitor: &Monitor) -> Result<Option<Filled>, Cancelled> {
-        let Self { work, wanted, part_of, kept, .. } = self;
+impl Parts<'_, '_> {
+    /// The quads of a plan; the patch of each is its part. Rails with fewer edges than `room` times what their bends need have vertices
+    /// on the bends that stay. `None` where a patch cannot be laid over its surface.
+    pub fn lay(&self, traced: &Traced, plan: &Plan, room: f64, monitor: &Monitor) -> Result<Option<Filled>, Cancelled> {
+        let Self { work, wanted, part_of, .. } = self;
         let (base, rails) = (work.base(), work.rails());
         let Traced { layout, sizes, sides, .. } = traced;
-        let Plan { pieces, chain, active, counts, topologies } = plan;
+        let Plan { pieces, chain, counts, topologies } = plan;
         let mut filled = Filled { along: vec![vec![]; base.edges.len()], ..Filled::default() };
         let count_of: Vec<u32> = chain.iter().map(|c| c.iter().map(|&(p, _)| counts[p]).sum()).collect();
         let arcs = |e: u32| divide_evenly(base, &base.edges[e as usize].path, count_of[e as usize], wanted.size);
@@ -31,9 +28,9 @@ impl Remaking<'_, '_> {
         let mut is_tight = vec![false; base.edges.len()];
         for steps in &rails.steps {
             let edges = || steps.iter().map(|step| step.edge as usize);
-            let needed: f64 = edges().flat_map(|e| &chain[e]).map(|&(p, _)| pieces[p].needed).sum();
+            let needed: u32 = edges().flat_map(|e| &chain[e]).map(|&(p, _)| pieces[p].needed).sum();
             let all: u32 = edges().map(|e| count_of[e]).sum();
-            edges().for_each(|e| is_tight[e] = f64::from(all) < ROOM * needed);
+            edges().for_each(|e| is_tight[e] = f64::from(all) < room * f64::from(needed));
         }
         let mut of_base = vec![NONE; base.vertices.len()];
         let mut of_layout: BTreeMap<u32, u32> = BTreeMap::new();
@@ -83,16 +80,21 @@ impl Remaking<'_, '_> {
             filled.positions.len() as u32 - 1
         };
         let at = |v: u32| layout.mesh.positions[v as usize];
-        let mut used: Vec<u32> = active.iter().flat_map(|&patch| sides[patch].concat()).collect();
-        used.sort_unstable();
-        used.dedup();
-        for p in used {
-            let (p, piece) = (p as usize, &pieces[p as usize]);
+        let stays = |filled: &mut Filled, of_layout: &mut BTreeMap<u32, u32>, v: u32| {
+            *of_layout.entry(v).or_insert_with(|| {
+                let new = add(filled, work.filled.positions[v as usize]);
+                filled.places[new as usize] = work.filled.places[v as usize];
+                new
+            })
+        };
+        for (p, piece) in pieces.iter().enumerate() {
             if !paths[p].is_empty() {
                 continue;
             }
-            if piece.kind != SubSideKind::Trace {
-                return Ok(None);
+            if piece.fixed.is_some() {
+                // Along quads that stay.
+                paths[p] = piece.vertices.iter().map(|&v| stays(&mut filled, &mut of_layout, v)).collect();
+                continue;
             }
             let n = piece.vertices.len();
             let [first, last] = [piece.vertices[0], piece.vertices[n - 1]]
@@ -111,10 +113,10 @@ impl Remaking<'_, '_> {
             path.push(last);
             paths[p] = path;
         }
-        let inner: Vec<Option<Vec<DVec3>>> = active
+        let inner: Vec<Option<Vec<DVec3>>> = topologies
             .par_iter()
-            .zip(topologies)
-            .map(|(&index, topology)| {
+            .enumerate()
+            .map(|(index, topology)| {
                 let patch = &layout.patches[index];
                 let border = border(traced, pieces, &paths, index);
                 let points: Vec<DVec3> = border.iter().map(|&v| filled.positions[v as usize]).collect();
@@ -146,23 +148,18 @@ impl Remaking<'_, '_> {
             })
             .collect();
         monitor.check()?;
-        for (&index, (inner, topology)) in active.iter().zip(inner.into_iter().zip(topologies)) {
+        for (index, (inner, topology)) in inner.into_iter().zip(topologies).enumerate() {
             let Some(inner) = inner else { return Ok(None) };
             let mut names = border(traced, pieces, &paths, index);
             names.extend(inner.into_iter().map(|p| add(&mut filled, p)));
             filled.quads.extend(topology.quads.iter().map(|q| q.map(|v| names[v as usize])));
             filled.patch_of.resize(filled.quads.len(), layout.patches[index].part);
         }
-        for (quad, &part) in work.filled.quads.iter().zip(part_of).filter(|(_, part)| kept[**part as usize]) {
-            let renamed = quad.map(|v| {
-                *of_layout.entry(v).or_insert_with(|| {
-                    let new = add(&mut filled, work.filled.positions[v as usize]);
-                    filled.places[new as usize] = work.filled.places[v as usize];
-                    new
-                })
-            });
-            filled.quads.push(renamed);
-            filled.patch_of.push(part);
+        let parts = self.parts();
+        for (q, quad) in work.filled.quads.iter().enumerate().filter(|(q, _)| part_of[*q] == NONE) {
+            let quad = quad.map(|v| stays(&mut filled, &mut of_layout, v));
+            filled.quads.push(quad);
+            filled.patch_of.push(parts + work.charts_of_quads()[q]);
         }
         Ok(Some(filled))
     }

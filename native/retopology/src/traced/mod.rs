@@ -8,17 +8,22 @@
 
 mod lay;
 mod plan;
+mod stay;
 
 use crate::error::LayoutError;
 use crate::fill::{Filled, Place, doubled};
 use crate::quads::{angle_deviation, irregular};
 use crate::rails::Rails;
 use crate::work::{Wanted, Work};
-use mesh::{DVec3, Monitor, Topology, TriangleMesh, scaled_jacobian, split_quad};
+use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh, scaled_jacobian, sorted, split_quad};
+use plan::{Plan, Traced};
 use quadrangulate::layout::{self, CornerAngles, LayoutOptions, parts, trace_layout};
 use rayon::prelude::*;
+use stay::Stay;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use surface::closest::ClosestPoint;
+use surface::smooth::SmoothOptions;
 use surface::smooth_star::Polyline;
 
 /// Corners of features sharper than 135 degrees get one quad, and so on by quarters.
@@ -27,10 +32,19 @@ const CORNERS: CornerAngles = CornerAngles { convex: PI * 0.75, concave: PI * 1.
 /// angle deviation 14 instead of 8 degrees on a goat's head, 11 instead of 4 on a fish; bounded by 6 there were a tenth more
 /// irregular vertices.
 const LONGEST: f64 = 12.0;
-/// Times that parts which cannot be laid well are kept as they are, and the rest is laid once more, if it is most of the quads.
+/// Rounds of the pull before traced quads are refilled.
+const ROUNDS_BEFORE_REFILLING: usize = 10;
+/// Times that quads are laid with more and more of the old ones kept, where the new ones do not stand for them.
 const TRIES: usize = 3;
-/// A part is kept where new quads are further from its vertices than this, in edge lengths: a finger that few quads would cover.
-const MOST_LOST: f64 = 1.0;
+/// Rings of quads around those that cannot be laid anew that stay as well.
+const RINGS: usize = 2;
+/// Old quads stay where new ones are further from them than this, in edge lengths: the tip of a finger that few quads would cover.
+const MOST_LOST: f64 = 0.7;
+/// And where finished ones are further from the surface than this, as a fraction of its diagonal, and than the old ones are.
+const MOST_APART: f64 = 0.0098;
+/// Rails with fewer edges than this times what their bends need have vertices on the bends from the start; where edges do not follow
+/// the features then, all have. Quads are less square for it, by 0.6 degrees on a gear.
+const ROOM: f64 = 1.3;
 /// Traced quads are looked at further when they have this many times the irregular vertices at most.
 const FEWER: f64 = 0.9;
 /// What traced quads must be, or what the others are: the least scaled Jacobian, that of all but one quad in a hundred, the mean
@@ -40,49 +54,126 @@ const LEAST: f64 = 0.05;
 const LEAST_JACOBIAN: f64 = 0.3;
 const MOST_ANGLE: f64 = 9.0;
 const LEAST_FOLLOWED: f64 = 0.99;
-const MOST_DRIFT: f64 = 0.03;
+const MOST_DRIFT: f64 = 0.04;
 const NEAR: f64 = 0.05;
+/// Traced quads are finished where all but one in a hundred have this share of the scaled Jacobian that the others have now.
+const PROMISING: f64 = 0.7;
+/// Shapes that differ by less are the same: the worst quad of a narrow corner is often where it was.
+const SAME: f64 = 1e-6;
 
 /// Quads to be laid anew.
-struct Remaking<'b, 'a> {
-    work: &'b Work<'a>,
-    wanted: &'b Wanted<'b>,
+pub(crate) struct Remaking<'b, 'a> {
+    pub work: &'b Work<'a>,
+    pub wanted: &'b Wanted<'b>,
     /// Edge lengths wanted at the vertices of the surface but for bends, scene units.
-    plain: &'b [f64],
+    pub plain: &'b [f64],
     /// Shortest edge that bends of features may ask for, in wanted ones.
-    shortest: f64,
-    /// The part between features of each quad.
-    part_of: Vec<u32>,
-    /// Parts that stay as they are.
-    kept: Vec<bool>,
+    pub shortest: f64,
+    pub smooth: &'b SmoothOptions,
+    /// Quads wanted, when a number is.
+    pub target: Option<f64>,
 }
 
-impl Work<'_> {
-    /// These quads laid anew over a traced layout, but for parts between features that cannot be; `None` where those are all.
+/// A division of the quads that do not stay into parts between features.
+struct Parts<'b, 'a> {
+    work: &'b Work<'a>,
+    wanted: &'b Wanted<'b>,
+    plain: &'b [f64],
+    shortest: f64,
+    /// Quads wanted in place of those that do not stay.
+    target: f64,
+    /// The part of each quad, [`NONE`] for those that stay as they are.
+    part_of: Vec<u32>,
+}
+
+/// Quads laid anew and finished.
+pub(crate) struct Remade<'a> {
+    pub work: Work<'a>,
+    /// Places mended, and quads inverted still.
+    pub done: (usize, usize),
+    /// Points where the quads are further from the surface than they may.
+    pub lost: usize,
+}
+
+impl<'a> Remaking<'_, 'a> {
+    /// The quads laid anew over a traced layout and finished, but for some that stay as they are; `None` where those are most, or
+    /// where it shows before they are finished that the new ones are no better.
     ///
     /// # Errors
     /// [`LayoutError::Cancelled`].
-    pub fn traced(
+    pub fn remade(
         &self,
-        plain: &[f64],
-        shortest: f64,
-        wanted: &Wanted<'_>,
+        finish: impl Fn(&mut Work<'a>) -> Result<(usize, usize), LayoutError>,
         monitor: &Monitor,
-    ) -> Result<Option<Self>, LayoutError> {
-        let features = self.features();
-        let mut on_rail = vec![false; self.filled.positions.len()];
-        features.iter().flatten().for_each(|&v| on_rail[v as usize] = true);
-        let held = |v: usize| matches!(self.filled.places[v], Place::Corner(c) if self.rails().corner[c as usize]);
+    ) -> Result<Option<Remade<'a>>, LayoutError> {
+        let Self { work, wanted, .. } = self;
+        let mut on_rail = vec![false; work.filled.positions.len()];
+        work.features().iter().flatten().for_each(|&v| on_rail[v as usize] = true);
+        let held = |v: usize| matches!(work.filled.places[v], Place::Corner(c) if work.rails().corner[c as usize]);
         if (0..on_rail.len()).any(|v| held(v) && !on_rail[v]) {
             // Marked vertices inside a part would be lost.
             return Ok(None);
         }
-        let mesh = self.triangles();
-        let part_of: Vec<u32> = parts(&mesh, &features).into_iter().step_by(2).collect();
-        let count = part_of.iter().max().map_or(0, |&last| last as usize + 1);
-        let mut chart = vec![0; count];
-        part_of.iter().zip(self.charts_of_quads()).for_each(|(&part, &c)| chart[part as usize] = c);
-        let lengths = self.lengths(wanted);
+        let whole = work.triangles();
+        let under = ClosestPoint::new(&whole);
+        let old = Old { lengths: work.lengths(wanted), whole, under };
+        let mut stay = Stay::new(work.filled.positions.len(), &work.filled.quads);
+        let surface = ClosestPoint::new(&work.base().surface);
+        let most = MOST_APART * work.base().surface.to_polygons().diagonal();
+        let most = work.apart(&surface, most).into_iter().fold(most, |most, (_, distance)| most.max(distance));
+        let mut best: Option<Remade<'a>> = None;
+        let (mut division, mut room) = (None, ROOM);
+        for _ in 0..TRIES {
+            let Some((parts, traced, plan)) = (match division.take() {
+                None => self.divided(&old, &mut stay, monitor)?,
+                found => found,
+            }) else {
+                break;
+            };
+            let Some(filled) = parts.lay(&traced, &plan, room, monitor)? else { break };
+            let mut remade = work.with(filled, &parts.charts());
+            // Vertices of bent features slide to where quads are square before they are put on the bends.
+            remade.let_go();
+            let first = Wanted { rounds: ROUNDS_BEFORE_REFILLING, ..**wanted };
+            remade.relax(&vec![true; remade.filled.positions.len()], &first, self.smooth, 0, monitor)?;
+            remade.refill(&vec![false; remade.filled.quads.len()], monitor)?;
+            remade.let_go();
+            if !remade.promises(work, self.target) {
+                break;
+            }
+            let done = finish(&mut remade)?;
+            let lost: Vec<DVec3> = remade.apart(&surface, most).into_iter().map(|(p, _)| p).collect();
+            let follows = remade.follows(work);
+            let mut bad = remade.inverted();
+            bad.extend(&lost);
+            if best.as_ref().is_none_or(|best| (done.1, lost.len()) <= (best.done.1, best.lost)) {
+                best = Some(Remade { work: remade, done, lost: lost.len() });
+            }
+            if bad.is_empty() {
+                if follows || room.is_infinite() {
+                    break;
+                }
+                division = Some((parts, traced, plan));
+            } else {
+                let seeds: Vec<usize> = bad.into_iter().map(|p| old.under.project(p).triangle as usize / 2).collect();
+                stay.grow(&seeds, RINGS);
+            }
+            if !follows {
+                room = f64::INFINITY;
+            }
+        }
+        Ok(best)
+    }
+
+    /// A layout and counts for the quads but for those that stay, which become more where the new ones do not stand for them.
+    fn divided(
+        &self,
+        old: &Old,
+        stay: &mut Stay<'_>,
+        monitor: &Monitor,
+    ) -> Result<Option<(Parts<'_, 'a>, Traced, Plan)>, LayoutError> {
+        let Self { work, wanted, plain, shortest, target, .. } = *self;
+        let Old { whole, under, lengths } = old;
         let options = LayoutOptions {
             corners: CORNERS,
             refinements: 0,
@@ -90,52 +181,68 @@ impl Work<'_> {
             partial: true,
             ..LayoutOptions::default()
         };
-        let layout = match trace_layout(&mesh, &features, &options, monitor) {
-            Ok(layout) => layout,
-            Err(layout::LayoutError::Cancelled(cancelled)) => return Err(cancelled.into()),
-            // The field needs triangles that have an area, and something to follow in every component or in none.
-            Err(_) => return Ok(None),
-        };
-        let under = ClosestPoint::new(&mesh);
-        let size = |(v, &p): (usize, &DVec3)| {
+        let size_at = |(v, &p): (usize, &DVec3)| {
             lengths.get(v).copied().unwrap_or_else(|| {
                 let found = under.project(p);
-                let corners = mesh.triangles[found.triangle as usize];
+                let corners = whole.triangles[found.triangle as usize];
                 (0..3).map(|k| found.barycentric[k] * lengths[corners[k] as usize]).sum()
             })
         };
-        let sizes = layout.mesh.positions.iter().enumerate().map(size).collect();
-        let mut kept = vec![false; count];
-        layout.undivided.iter().for_each(|&(part, _)| kept[part as usize] = true);
-        let mut remaking = Remaking { work: self, wanted, plain, shortest, part_of, kept };
-        let traced = remaking.traced(layout, sizes);
+        let all = work.filled.quads.len();
         for _ in 0..TRIES {
-            let stay = remaking.part_of.iter().filter(|part| remaking.kept[**part as usize]).count();
-            if stay > remaking.part_of.len() / 2 {
+            if stay.count() > all / 2 {
                 return Ok(None);
             }
-            let Some(plan) = remaking.plan(&traced, monitor)? else { return Ok(None) };
-            let Some(filled) = remaking.lay(&traced, &plan, monitor)? else { return Ok(None) };
-            let lost = remaking.lost(&filled, &lengths);
-            let doubled = doubled(&filled);
-            let bad = |part: &usize| lost[*part] > MOST_LOST || doubled.contains(&(*part as u32));
-            let bad: Vec<usize> = (0..count).filter(|part| !remaking.kept[*part]).filter(bad).collect();
+            let moves: Vec<usize> = (0..all).filter(|&q| !stay.quads[q]).collect();
+            let triangles = moves.iter().flat_map(|&q| [whole.triangles[2 * q], whole.triangles[2 * q + 1]]).collect();
+            let mesh = TriangleMesh { positions: whole.positions.clone(), triangles };
+            let edge = |t: &[u32; 3], k: usize| sorted(t[k], t[(k + 1) % 3]);
+            let own: BTreeSet<[u32; 2]> = mesh.triangles.iter().flat_map(|t| (0..3).map(|k| edge(t, k))).collect();
+            let mut features = work.features();
+            features.retain(|&[a, b]| own.contains(&sorted(a, b)));
+            let layout = match trace_layout(&mesh, &features, &options, monitor) {
+                Ok(layout) => layout,
+                Err(layout::LayoutError::Cancelled(cancelled)) => return Err(cancelled.into()),
+                // The field needs triangles that have an area, and something to follow in every component or in none.
+                Err(_) => return Ok(None),
+            };
+            let mut part_of = vec![NONE; all];
+            for (part, &q) in parts(&mesh, &features).into_iter().step_by(2).zip(&moves) {
+                stay.quads[q] = layout.undivided.iter().any(|undivided| undivided.0 == part);
+                part_of[q] = if stay.quads[q] { NONE } else { part };
+            }
+            let sizes = layout.mesh.positions.iter().enumerate().map(size_at).collect();
+            let target = target.unwrap_or(all as f64) - stay.count() as f64;
+            let parts = Parts { work, wanted, plain, shortest, target, part_of };
+            let traced = parts.traced(layout, sizes);
+            let Some(plan) = parts.plan(&traced, monitor)? else { return Ok(None) };
+            let Some(filled) = parts.lay(&traced, &plan, ROOM, monitor)? else { return Ok(None) };
+            let bad = parts.bad(&filled, lengths, stay);
             if bad.is_empty() {
-                return Ok(Some(self.with(filled, &chart)));
+                return Ok(Some((parts, traced, plan)));
             }
-            for part in bad {
-                remaking.kept[part] = true;
-            }
+            stay.grow(&bad, RINGS);
         }
         Ok(None)
     }
+}
 
+/// The quads at hand as a surface.
+struct Old {
+    /// Two triangles for each quad.
+    whole: TriangleMesh,
+    under: ClosestPoint,
+    /// Edge length wanted at each vertex.
+    lengths: Vec<f64>,
+}
+
+impl Work<'_> {
     /// Whether these quads, traced and refilled, may be better than the others when they are finished: well before that it shows where
     /// counts or features came out badly.
     pub fn promises(&self, others: &Self, target: Option<f64>) -> bool {
         self.irregular() as f64 <= FEWER * others.irregular() as f64
             && self.off(others, target) <= 2.0 * MOST_DRIFT
-            && self.shapes().1 >= LEAST_JACOBIAN - 0.05
+            && self.shapes().1 >= (LEAST_JACOBIAN - 0.05).min(PROMISING * others.shapes().1)
             && self.followed() >= others.followed().min(LEAST_FOLLOWED) - 0.005
     }
 
@@ -148,13 +255,33 @@ impl Work<'_> {
         let (mut least, mut jacobian, mut angle) = (LEAST, LEAST_JACOBIAN, MOST_ANGLE);
         if are_finished {
             let shapes = others.shapes();
-            (least, jacobian, angle) = (least.min(shapes.0), jacobian.min(shapes.1), angle.max(shapes.2));
+            (least, jacobian, angle) = (least.min(shapes.0 - SAME), jacobian.min(shapes.1 - SAME), angle.max(shapes.2));
         }
         let shapes = self.shapes();
-        shapes.0 >= least
-            && shapes.1 >= jacobian
-            && shapes.2 <= angle
-            && self.followed() >= others.followed().min(LEAST_FOLLOWED)
+        shapes.0 >= least && shapes.1 >= jacobian && shapes.2 <= angle && self.follows(others)
+    }
+
+    /// Whether these quads follow the features as well as the others, or well enough.
+    fn follows(&self, others: &Self) -> bool {
+        self.followed() >= others.followed().min(LEAST_FOLLOWED)
+    }
+
+    /// Where the quads and their surface are further from each other than this: vertices and middles of triangles and quads.
+    fn apart(&self, surface: &ClosestPoint, reach: f64) -> Vec<(DVec3, f64)> {
+        let Filled { positions, quads, .. } = &self.filled;
+        let own = ClosestPoint::of_quads(positions, quads.iter().copied());
+        let ground = &self.base().surface;
+        let middles = (0..ground.triangles.len()).map(|t| ground.points(t).into_iter().sum::<DVec3>() / 3.0);
+        let theirs: Vec<DVec3> = ground.positions.iter().copied().chain(middles).collect();
+        let ours: Vec<DVec3> =
+            quads.iter().map(|q| q.map(|v| positions[v as usize]).into_iter().sum::<DVec3>() / 4.0).collect();
+        let far = |points: Vec<DVec3>, to: &ClosestPoint| -> Vec<(DVec3, f64)> {
+            let measured = points.into_par_iter().map(|p| (p, to.project(p).distance));
+            measured.filter(|(_, distance)| *distance > reach).collect()
+        };
+        let mut apart = far(theirs, &own);
+        apart.extend(far(ours, surface));
+        apart
     }
 
     /// How far the number of quads is off the wanted one or, without, the others', as a fraction.
@@ -163,7 +290,7 @@ impl Work<'_> {
     }
 
     /// The least scaled Jacobian, that of all but one quad in a hundred, and the mean deviation of angles, degrees.
-    fn shapes(&self) -> (f64, f64, f64) {
+    pub fn shapes(&self) -> (f64, f64, f64) {
         let corners = |quad: &[u32; 4]| quad.map(|v| self.filled.positions[v as usize]);
         let shape = |quad| (scaled_jacobian(corners(quad)), angle_deviation(corners(quad)));
         let (mut jacobians, angles): (Vec<f64>, Vec<f64>) = self.filled.quads.iter().map(shape).unzip();
@@ -217,25 +344,46 @@ impl Work<'_> {
     }
 }
 
-impl Remaking<'_, '_> {
-    /// For each part how far its vertices are from the new quads, in edge lengths at most.
-    fn lost(&self, made: &Filled, lengths: &[f64]) -> Vec<f64> {
+impl Parts<'_, '_> {
+    /// Number of parts that are laid anew.
+    fn parts(&self) -> u32 {
+        self.part_of.iter().filter(|part| **part != NONE).max().map_or(0, |last| last + 1)
+    }
+
+    /// The chart of each part, then those of quads that stay.
+    fn charts(&self) -> Vec<u32> {
+        let of_quads = self.work.charts_of_quads();
+        let mut charts = vec![0; self.parts() as usize];
+        self.part_of
+            .iter()
+            .zip(of_quads)
+            .filter(|(part, _)| **part != NONE)
+            .for_each(|(p, &c)| charts[*p as usize] = c);
+        charts.extend(0..of_quads.iter().max().map_or(0, |last| last + 1));
+        charts
+    }
+
+    /// Where new quads do not stand for old ones: of each stretch of quads far from the new ones of their part the farthest one, and
+    /// parts whose new quads share edges.
+    fn bad(&self, made: &Filled, lengths: &[f64], stay: &Stay<'_>) -> Vec<usize> {
         let old = &self.work.filled;
-        (0..self.kept.len() as u32)
-            .into_par_iter()
-            .map(|part| {
-                if self.kept[part as usize] {
-                    return 0.0;
-                }
-                let own = made.quads.iter().zip(&made.patch_of).filter(|(_, p)| **p == part);
-                let closest = ClosestPoint::of_quads(&made.positions, own.map(|(quad, _)| *quad));
-                let mut before: Vec<u32> =
-                    old.quads.iter().zip(&self.part_of).filter(|(_, p)| **p == part).flat_map(|(q, _)| *q).collect();
-                before.sort_unstable();
-                before.dedup();
-                let far = |&v: &u32| closest.project(old.positions[v as usize]).distance / lengths[v as usize];
-                before.iter().map(far).fold(0.0, f64::max)
-            })
-            .collect()
+        let doubled = doubled(made);
+        let parts: BTreeSet<u32> = self.part_of.iter().copied().filter(|part| *part != NONE).collect();
+        let bad = |part: u32| -> Vec<usize> {
+            let own: Vec<usize> = (0..self.part_of.len()).filter(|q| self.part_of[*q] == part).collect();
+            if doubled.contains(&part) {
+                return own;
+            }
+            let new = made.quads.iter().zip(&made.patch_of).filter(|(_, p)| **p == part);
+            let closest = ClosestPoint::of_quads(&made.positions, new.map(|(quad, _)| *quad));
+            let far = |&q: &usize| {
+                let off = |v: u32| closest.project(old.positions[v as usize]).distance / lengths[v as usize];
+                old.quads[q].map(off).into_iter().fold(0.0, f64::max)
+            };
+            let far: Vec<f64> = own.par_iter().map(far).collect();
+            let lost: BTreeMap<usize, f64> = own.into_iter().zip(far).filter(|(_, far)| *far > MOST_LOST).collect();
+            stay.farthest(&lost)
+        };
+        parts.into_iter().flat_map(bad).collect()
     }
 }

@@ -1,27 +1,21 @@
 //! How many edges go along each stretch of a traced layout: `QuadMixer`, section 3.3, with the needs of features.
 
-use super::Remaking;
+use super::Parts;
 use crate::density::CHORD_ERROR;
 use crate::division;
 use crate::fill::Place;
-use mesh::{Cancelled, DVec3, Monitor, sorted};
+use mesh::{Cancelled, DVec3, Monitor, NONE, sorted};
 use quadrangulate::layout::{PatchLayout, SubSideKind};
-use quadrangulate::quantise::{self, Quantisation, quantise};
+use quadrangulate::quantise::{self, Quantisation, quantise_instantly};
 use quadrangulate::{Filler, PatchTopology};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Share of even sizes against regular patches. With 0.3 a goat's head had 154 instead of 122 irregular vertices.
-const ALPHA: f64 = 0.1;
-/// Layouts with more free counts get rounded ones: a proof of the best takes longer than it is worth.
-const MOST_VARIABLES: usize = 60;
+/// Share of even sizes against regular patches. With 0.1 a fish and a goat's head had a tenth more irregular vertices, with 0.03 theirs
+/// were no fewer and angles less even.
+const ALPHA: f64 = 0.05;
 /// Times that counts are found with sizes nearer to the wanted number of quads, unless it is met this closely.
 const ROUNDS: usize = 6;
 const CLOSE: f64 = 0.01;
-/// How much more the length of a stretch counts each time that it has fewer edges than its bends need, and what that costs beside the
-/// logarithm of the number of quads.
-const INSIST: f64 = 4.0;
-const SHORT: f64 = 0.01;
-
 /// A stretch of a sub-side between base vertices.
 #[derive(Clone)]
 pub(super) struct Piece {
@@ -31,7 +25,7 @@ pub(super) struct Piece {
     /// Edges wanted along it.
     pub ideal: f64,
     /// Edges that its bends need.
-    pub needed: f64,
+    pub needed: u32,
     /// The count that quads which are kept ask for.
     pub fixed: Option<u32>,
 }
@@ -42,11 +36,9 @@ pub(super) struct Plan {
     pub pieces: Vec<Piece>,
     /// The pieces along each base edge on a rail, and whether they run its way.
     pub chain: Vec<Vec<(usize, bool)>>,
-    /// The patches that are laid.
-    pub active: Vec<usize>,
     /// Edges along each piece.
     pub counts: Vec<u32>,
-    /// The pattern of each patch that is laid.
+    /// The pattern of each patch.
     pub topologies: Vec<PatchTopology>,
 }
 
@@ -63,7 +55,7 @@ pub(super) struct Traced {
 /// Edges along each piece, and the pattern of each patch that is laid.
 type Counted = (Vec<u32>, Vec<PatchTopology>);
 
-impl Remaking<'_, '_> {
+impl Parts<'_, '_> {
     /// Cuts a layout's sub-sides at base vertices, which stay vertices. `sizes` are the edge lengths wanted at its vertices.
     pub fn traced(&self, layout: PatchLayout, sizes: Vec<f64>) -> Traced {
         let places = &self.work.filled.places;
@@ -84,11 +76,11 @@ impl Remaking<'_, '_> {
                     };
                     let ideal = vertices.windows(2).map(step).sum();
                     let needed = if sub_side.kind == SubSideKind::Trace || shortest.is_infinite() {
-                        0.0
+                        0
                     } else {
                         let points: Vec<DVec3> = vertices.iter().map(|&v| at(v)).collect();
                         let edge = vertices.iter().map(|&v| sizes[v as usize]).sum::<f64>() / vertices.len() as f64;
-                        division::parts(&points, CHORD_ERROR * edge, shortest * edge).len() as f64
+                        division::parts(&points, CHORD_ERROR * edge, shortest * edge).len() as u32
                     };
                     pieces.push(Piece { vertices, kind: sub_side.kind, ideal, needed, fixed: None });
                     from = k;
@@ -125,10 +117,10 @@ impl Remaking<'_, '_> {
 
     /// Counts and patterns with the parts that are kept as they are; `None` where there are none.
     pub fn plan(&self, traced: &Traced, monitor: &Monitor) -> Result<Option<Plan>, Cancelled> {
-        let Self { work, part_of, kept, .. } = self;
+        let Self { work, part_of, .. } = self;
         // Edges of quads that are kept.
         let mut given = BTreeSet::new();
-        for (quad, _) in work.filled.quads.iter().zip(part_of).filter(|(_, part)| kept[**part as usize]) {
+        for (quad, _) in work.filled.quads.iter().zip(part_of).filter(|(_, part)| **part == NONE) {
             given.extend((0..4).map(|k| sorted(quad[k], quad[(k + 1) % 4])));
         }
         let mut pieces = traced.pieces.clone();
@@ -165,73 +157,51 @@ impl Remaking<'_, '_> {
                     vertices: along[i..=to].to_vec(),
                     kind: SubSideKind::Feature,
                     ideal: f64::from(n),
-                    needed: 0.0,
+                    needed: 0,
                     fixed: Some(n),
                 });
                 i = to;
             }
         }
-        let active: Vec<usize> =
-            (0..traced.sides.len()).filter(|&p| !kept[traced.layout.patches[p].part as usize]).collect();
-        let quads = part_of.iter().filter(|&&part| !kept[part as usize]).count();
-        let Some((counts, topologies)) = traced.counts(&pieces, &active, quads, monitor)? else { return Ok(None) };
-        Ok(Some(Plan { pieces, chain, active, counts, topologies }))
+        let Some((counts, topologies)) = traced.counts(&pieces, self.target, monitor)? else { return Ok(None) };
+        Ok(Some(Plan { pieces, chain, counts, topologies }))
     }
 }
 
 impl Traced {
     /// Counts for about so many quads, and the pattern of each patch.
-    fn counts(
-        &self,
-        pieces: &[Piece],
-        active: &[usize],
-        target: usize,
-        monitor: &Monitor,
-    ) -> Result<Option<Counted>, Cancelled> {
-        let options = quantise::Options {
-            alpha: ALPHA,
-            most_variables: MOST_VARIABLES,
-            max_nodes: 1,
-            ..quantise::Options::default()
-        };
+    fn counts(&self, pieces: &[Piece], target: f64, monitor: &Monitor) -> Result<Option<Counted>, Cancelled> {
+        let options = quantise::Options { alpha: ALPHA, ..quantise::Options::default() };
         let mut filler = Filler::new();
         let mut scale = 1.0;
-        let mut weights = vec![1.0; pieces.len()];
         let mut best: Option<(f64, Vec<u32>, Vec<PatchTopology>)> = None;
         for _ in 0..ROUNDS {
             let problem = quantise::Layout {
                 sub_sides: pieces
                     .iter()
-                    .zip(&weights)
-                    .map(|(piece, &weight)| quantise::SubSide {
-                        ideal: (piece.ideal * scale).max(piece.needed),
+                    .map(|piece| quantise::SubSide {
+                        ideal: piece.ideal * scale,
                         fixed: piece.fixed,
-                        weight,
+                        least: piece.needed.max(1),
+                        weight: 1.0,
                     })
                     .collect(),
-                patches: active.iter().map(|&p| quantise::Patch { sides: self.sides[p].clone() }).collect(),
+                patches: self.sides.iter().map(|sides| quantise::Patch { sides: sides.clone() }).collect(),
             };
-            let found = quantise(&problem, &options, &|| monitor.is_cancelled());
+            let found = quantise_instantly(&problem, &options, &|| monitor.is_cancelled());
             monitor.check()?;
             // A patch between parts that are kept may have no room.
             let Ok(Quantisation { counts, .. }) = found else { return Ok(None) };
             let mut topologies = vec![];
-            for sides in active.iter().map(|&p| &self.sides[p]) {
+            for sides in &self.sides {
                 monitor.check()?;
                 let sides: Vec<u32> = sides.iter().map(|side| side.iter().map(|&p| counts[p as usize]).sum()).collect();
                 let Ok(found) = filler.fill(&sides) else { return Ok(None) };
                 topologies.push(found);
             }
             let quads: usize = topologies.iter().map(|t| t.quads.len()).sum();
-            let miss = (quads as f64 / target as f64).ln();
-            let mut short = 0_u32;
-            for ((piece, &count), weight) in pieces.iter().zip(&counts).zip(&mut weights) {
-                if piece.fixed.is_none() && f64::from(count) < piece.needed {
-                    *weight *= INSIST;
-                    short += 1;
-                }
-            }
-            let off = miss.abs() + SHORT * f64::from(short);
+            let miss = (quads as f64 / target).ln();
+            let off = miss.abs();
             if best.as_ref().is_none_or(|(found, ..)| off < *found) {
                 best = Some((off, counts, topologies));
             }
