@@ -15,8 +15,8 @@ use solve::{CancelCheck, SolveError};
 
 /// An improvement must exceed this, so that rounding errors cannot make the search circle.
 const LEAST_GAIN: f64 = 1e-9;
-/// Sub-sides that a walk may cross.
-const LONGEST: usize = 64;
+/// Rounds of relaxation in which a walk that gains is looked for.
+const ROUNDS: usize = 64;
 /// Walks in a row that do not gain what they promise, because they cross a patch twice, before the search ends.
 const MOST_FAILURES: usize = 30;
 const NONE: u32 = u32::MAX;
@@ -175,7 +175,7 @@ impl<'a> Search<'a> {
         let mut before = vec![NONE; outside + 1];
         let mut is_open = vec![true; outside + 1];
         let border = |own: &Use| own.patch != NONE && self.uses[own.across as usize].patch == NONE;
-        for _ in 0..LONGEST {
+        for _ in 0..ROUNDS {
             let mut is_next = vec![false; outside + 1];
             for node in (0..=outside).filter(|node| is_open[*node]) {
                 let so_far = least[node];
