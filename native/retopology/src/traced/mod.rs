@@ -42,6 +42,8 @@ const RINGS: usize = 2;
 const MOST_LOST: f64 = 0.7;
 /// And where finished ones are further from the surface than this, as a fraction of its diagonal, and than the old ones are.
 const MOST_APART: f64 = 0.0098;
+/// Quads are not laid anew where more than one in so many is inverted at first.
+const MOST_FOLDED: usize = 25;
 /// Rails with fewer edges than this times what their bends need have vertices on the bends from the start; where edges do not follow
 /// the features then, all have. Quads are less square for it, by 0.6 degrees on a gear.
 const ROOM: f64 = 1.3;
@@ -132,6 +134,10 @@ impl<'a> Remaking<'_, 'a> {
             };
             let Some(filled) = parts.lay(&traced, &plan, room, monitor)? else { break };
             let mut remade = work.with(filled, &parts.charts());
+            if remade.inverted().len() > remade.filled.quads.len() / MOST_FOLDED {
+                // Walls so thin that the maps fold over them.
+                break;
+            }
             // Vertices of bent features slide to where quads are square before they are put on the bends.
             remade.let_go();
             let first = Wanted { rounds: ROUNDS_BEFORE_REFILLING, ..**wanted };
