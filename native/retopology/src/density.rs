@@ -472,8 +472,7 @@ impl<'a> Sides<'a> {
         layout
             .sub_sides
             .resize(used.max(self.ideals.len()), SubSide { ideal: 1.0, fixed: Some(1), least: 1, weight: 1.0 });
-        // Few irregular patches are not few irregular vertices here: with rows there were a tenth more of them on most meshes.
-        let options = quantise::Options { pattern_weight: PATTERN_WEIGHT, rows: false, ..quantise::Options::default() };
+        let options = quantise::Options { pattern_weight: PATTERN_WEIGHT, ..quantise::Options::default() };
         let mut counts = quantise_instantly(&layout, &options, &|| monitor.is_cancelled())?.counts;
         for _ in 0..URGENT_ROUNDS {
             let short = |k: &usize| f64::from(counts[*k]) < self.ideals[*k].least - 0.5;

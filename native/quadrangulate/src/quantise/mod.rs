@@ -12,7 +12,7 @@
 //! - Every perimeter is at least 4: a disk with two border edges has no quadrangulation without a degenerate quad.
 //! - Layouts fall apart into components that share no free sub-side; each is solved by itself, which is exact.
 //! - An instant answer ([`quantise_instantly`]: rounding, a T-join over the patches that repairs parity where it costs least,
-//!   then whole rows of quads in or out while the energy falls) starts the search and stands when a limit strikes, so that a
+//!   then, if asked for, whole rows of quads in or out while the energy falls) starts the search and stands when a limit strikes, so that a
 //!   limit never costs a result.
 
 mod energy;
@@ -79,7 +79,8 @@ pub struct Options {
     pub norm: Norm,
     /// Weight of the condition on three- and five-sided patches, in units of regularity; 0 or more. Default 1.
     pub pattern_weight: f64,
-    /// Whether whole rows of quads are taken in or out of the instant answer while the energy falls. Default: yes.
+    /// Whether whole rows of quads are taken in or out of the instant answer while the energy falls: worth it where free layouts are
+    /// large. Default: no.
     pub rows: bool,
     /// A component with more free sub-sides than this keeps its instant answer. Default 200.
     pub most_variables: usize,
@@ -99,7 +100,7 @@ impl Default for Options {
             alpha: 0.5,
             norm: Norm::Squared,
             pattern_weight: 1.0,
-            rows: true,
+            rows: false,
             most_variables: 200,
             relative_gap: 0.01,
             max_nodes: 10,
@@ -196,7 +197,8 @@ pub fn quantise(layout: &Layout, options: &Options, cancelled: CancelCheck<'_>) 
     Ok(start)
 }
 
-/// Feasible counts at once: the least-squares solution rounded, parity repaired by a T-join, then single steps and whole rows downhill.
+/// Feasible counts at once: the least-squares solution rounded, parity repaired by a T-join, then single steps downhill, and
+/// whole rows with [`Options::rows`].
 ///
 /// Cost: one sparse factorisation, the T-join's matching over the patches that rounding left odd, and for each row taken in or out
 /// a search over the layout; 10 to 50 ms for 100 to 200 patches.

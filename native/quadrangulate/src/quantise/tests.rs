@@ -117,7 +117,7 @@ proptest! {
     #[test]
     fn equals_brute_force(layout in small_layout(), alpha in 0.05..0.95f64, absolute: bool, pattern_weight in 0.0..2.0f64) {
         let norm = if absolute { Norm::Absolute } else { Norm::Squared };
-        let options = Options { alpha, norm, pattern_weight, relative_gap: 1e-4, ..Options::default() };
+        let options = Options { alpha, norm, pattern_weight, rows: true, relative_gap: 1e-4, ..Options::default() };
         let best = brute_force(&layout, &options);
         match quantise(&layout, &options, &never) {
             Ok(result) => {
@@ -220,7 +220,7 @@ fn repeats_to_the_byte() {
 fn rows_are_taken_in_and_out() {
     for (seed, junctions) in [(0, false), (1, true), (2, true)] {
         let layout = grid(5, junctions, seed);
-        let options = Options { alpha: 0.1, ..Options::default() };
+        let options = Options { alpha: 0.1, rows: true, ..Options::default() };
         let instant = quantise_instantly(&layout, &options, &never).unwrap();
         let best = quantise(&layout, &options, &never).unwrap();
         assert!(feasible(&layout, &instant.counts));

@@ -6,16 +6,15 @@
 //! the field is singular or counts do not meet. The quads at hand are what is traced on, so that features, their corners and
 //! the topology are theirs. The result is taken only where it is better, see [`Work::is_better`].
 
+mod compare;
 mod lay;
 mod plan;
 mod stay;
 
 use crate::error::LayoutError;
 use crate::fill::{Filled, Place, doubled};
-use crate::quads::{angle_deviation, irregular};
-use crate::rails::Rails;
 use crate::work::{Wanted, Work};
-use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh, scaled_jacobian, sorted, split_quad};
+use mesh::{DVec3, Monitor, NONE, TriangleMesh, sorted, split_quad};
 use plan::{Plan, Traced};
 use quadrangulate::layout::{self, CornerAngles, LayoutOptions, parts, trace_layout};
 use rayon::prelude::*;
@@ -24,7 +23,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use surface::closest::ClosestPoint;
 use surface::smooth::SmoothOptions;
-use surface::smooth_star::Polyline;
 
 /// Corners of features sharper than 135 degrees get one quad, and so on by quarters.
 const CORNERS: CornerAngles = CornerAngles { convex: PI * 0.75, concave: PI * 1.25, slit: PI * 1.75, round: PI / 3.6 };
@@ -34,7 +32,7 @@ const CORNERS: CornerAngles = CornerAngles { convex: PI * 0.75, concave: PI * 1.
 const LONGEST: f64 = 12.0;
 /// Rounds of the pull before traced quads are refilled.
 const ROUNDS_BEFORE_REFILLING: usize = 10;
-/// Times that quads are laid with more and more of the old ones kept, where the new ones do not stand for them.
+/// Times that quads are laid with more and more old ones that stay, where the new ones do not stand for them.
 const TRIES: usize = 3;
 /// Rings of quads around those that cannot be laid anew that stay as well.
 const RINGS: usize = 2;
@@ -47,22 +45,6 @@ const MOST_FOLDED: usize = 25;
 /// Rails with fewer edges than this times what their bends need have vertices on the bends from the start; where edges do not follow
 /// the features then, all have. Quads are less square for it, by 0.6 degrees on a gear.
 const ROOM: f64 = 1.3;
-/// Traced quads are looked at further when they have this many times the irregular vertices at most.
-const FEWER: f64 = 0.9;
-/// What traced quads must be, or what the others are: the least scaled Jacobian, that of all but one quad in a hundred, the mean
-/// deviation of angles, degrees, the share of the features within [`NEAR`] edge lengths; and the number of quads, as a fraction off
-/// the wanted one.
-const LEAST: f64 = 0.05;
-const LEAST_JACOBIAN: f64 = 0.3;
-const MOST_ANGLE: f64 = 9.0;
-const LEAST_FOLLOWED: f64 = 0.99;
-const MOST_DRIFT: f64 = 0.04;
-const NEAR: f64 = 0.05;
-/// Traced quads are finished where all but one in a hundred have this share of the scaled Jacobian that the others have now.
-const PROMISING: f64 = 0.7;
-/// Shapes that differ by less are the same: the worst quad of a narrow corner is often where it was.
-const SAME: f64 = 1e-6;
-
 /// Quads to be laid anew.
 pub(crate) struct Remaking<'b, 'a> {
     pub work: &'b Work<'a>,
@@ -243,101 +225,6 @@ struct Old {
 }
 
 impl Work<'_> {
-    /// Whether these quads, traced and refilled, may be better than the others when they are finished: well before that it shows where
-    /// counts or features came out badly.
-    pub fn promises(&self, others: &Self, target: Option<f64>) -> bool {
-        self.irregular() as f64 <= FEWER * others.irregular() as f64
-            && self.off(others, target) <= 2.0 * MOST_DRIFT
-            && self.shapes().1 >= (LEAST_JACOBIAN - 0.05).min(PROMISING * others.shapes().1)
-            && self.followed() >= others.followed().min(LEAST_FOLLOWED) - 0.005
-    }
-
-    /// Whether these quads, traced and finished, are sound, follow the features, and have fewer irregular vertices than the others and
-    /// about as many quads as are wanted. Where the others `are_finished` it is enough to be as well shaped.
-    pub fn is_better(&self, others: &Self, are_finished: bool, target: Option<f64>) -> bool {
-        if self.irregular() >= others.irregular() || self.off(others, target) > MOST_DRIFT {
-            return false;
-        }
-        let (mut least, mut jacobian, mut angle) = (LEAST, LEAST_JACOBIAN, MOST_ANGLE);
-        if are_finished {
-            let shapes = others.shapes();
-            (least, jacobian, angle) = (least.min(shapes.0 - SAME), jacobian.min(shapes.1 - SAME), angle.max(shapes.2));
-        }
-        let shapes = self.shapes();
-        shapes.0 >= least && shapes.1 >= jacobian && shapes.2 <= angle && self.follows(others)
-    }
-
-    /// Whether these quads follow the features as well as the others, or well enough.
-    fn follows(&self, others: &Self) -> bool {
-        self.followed() >= others.followed().min(LEAST_FOLLOWED)
-    }
-
-    /// Where the quads and their surface are further from each other than this: vertices and middles of triangles and quads.
-    fn apart(&self, surface: &ClosestPoint, reach: f64) -> Vec<(DVec3, f64)> {
-        let Filled { positions, quads, .. } = &self.filled;
-        let own = ClosestPoint::of_quads(positions, quads.iter().copied());
-        let ground = &self.base().surface;
-        let middles = (0..ground.triangles.len()).map(|t| ground.points(t).into_iter().sum::<DVec3>() / 3.0);
-        let theirs: Vec<DVec3> = ground.positions.iter().copied().chain(middles).collect();
-        let ours: Vec<DVec3> =
-            quads.iter().map(|q| q.map(|v| positions[v as usize]).into_iter().sum::<DVec3>() / 4.0).collect();
-        let far = |points: Vec<DVec3>, to: &ClosestPoint| -> Vec<(DVec3, f64)> {
-            let measured = points.into_par_iter().map(|p| (p, to.project(p).distance));
-            measured.filter(|(_, distance)| *distance > reach).collect()
-        };
-        let mut apart = far(theirs, &own);
-        apart.extend(far(ours, surface));
-        apart
-    }
-
-    /// How far the number of quads is off the wanted one or, without, the others', as a fraction.
-    fn off(&self, others: &Self, target: Option<f64>) -> f64 {
-        (self.filled.quads.len() as f64 / target.unwrap_or(others.filled.quads.len() as f64) - 1.0).abs()
-    }
-
-    /// The least scaled Jacobian, that of all but one quad in a hundred, and the mean deviation of angles, degrees.
-    pub fn shapes(&self) -> (f64, f64, f64) {
-        let corners = |quad: &[u32; 4]| quad.map(|v| self.filled.positions[v as usize]);
-        let shape = |quad| (scaled_jacobian(corners(quad)), angle_deviation(corners(quad)));
-        let (mut jacobians, angles): (Vec<f64>, Vec<f64>) = self.filled.quads.iter().map(shape).unzip();
-        jacobians.sort_by(f64::total_cmp);
-        (jacobians[0], jacobians[jacobians.len() / 100], angles.iter().sum::<f64>() / angles.len() as f64)
-    }
-
-    /// Inner vertices of other valence than 4.
-    pub fn irregular(&self) -> usize {
-        irregular(&Topology::new(self.filled.positions.len(), &self.filled.quads))
-    }
-
-    /// Share of the length of the rails within [`NEAR`] mean edge lengths of the quads' edges along them.
-    pub fn followed(&self) -> f64 {
-        let Rails { steps, points, .. } = self.rails();
-        let Filled { positions, along, .. } = &self.filled;
-        let (mut near, mut all) = (0.0, 0.0);
-        let edges = || along.iter().flat_map(|along| along.windows(2));
-        let length: f64 = edges().map(|w| positions[w[0] as usize].distance(positions[w[1] as usize])).sum();
-        let reach = NEAR * length / edges().count().max(1) as f64;
-        for (steps, points) in steps.iter().zip(points) {
-            let lines: Vec<Polyline> = steps
-                .iter()
-                .map(|step| &along[step.edge as usize])
-                .filter(|along| along.len() > 1)
-                .map(|along| Polyline::new(along.iter().map(|&v| positions[v as usize]).collect()))
-                .collect();
-            let off = |p: DVec3| {
-                let far = |line: &Polyline| line.at(line.locate(p)).distance(p);
-                lines.iter().map(far).fold(f64::INFINITY, f64::min)
-            };
-            for w in points.windows(2) {
-                let length = w[0].distance(w[1]);
-                all += length;
-                let samples = [0.125, 0.375, 0.625, 0.875].map(|t| off(w[0].lerp(w[1], t)) <= reach);
-                near += length * samples.iter().filter(|near| **near).count() as f64 / samples.len() as f64;
-            }
-        }
-        if all > 0.0 { near / all } else { 1.0 }
-    }
-
     /// The quads as triangles, two each.
     fn triangles(&self) -> TriangleMesh {
         let positions = &self.filled.positions;

@@ -16,6 +16,7 @@ const ALPHA: f64 = 0.05;
 /// Times that counts are found with sizes nearer to the wanted number of quads, unless it is met this closely.
 const ROUNDS: usize = 6;
 const CLOSE: f64 = 0.01;
+
 /// A stretch of a sub-side between base vertices.
 #[derive(Clone)]
 pub(super) struct Piece {
@@ -26,11 +27,11 @@ pub(super) struct Piece {
     pub ideal: f64,
     /// Edges that its bends need.
     pub needed: u32,
-    /// The count that quads which are kept ask for.
+    /// The count that quads which stay ask for.
     pub fixed: Option<u32>,
 }
 
-/// Counts along all pieces and the patterns of the patches that are laid.
+/// Counts along all pieces and the patterns of the patches.
 pub(super) struct Plan {
     /// Those of the layout, then those where it has no patch.
     pub pieces: Vec<Piece>,
@@ -52,7 +53,7 @@ pub(super) struct Traced {
     pub sides: Vec<Vec<Vec<u32>>>,
 }
 
-/// Edges along each piece, and the pattern of each patch that is laid.
+/// Edges along each piece, and the pattern of each patch.
 type Counted = (Vec<u32>, Vec<PatchTopology>);
 
 impl Parts<'_, '_> {
@@ -115,10 +116,10 @@ impl Parts<'_, '_> {
         Traced { layout, sizes, pieces, sides }
     }
 
-    /// Counts and patterns with the parts that are kept as they are; `None` where there are none.
+    /// Counts and patterns beside the quads that stay; `None` where there are none.
     pub fn plan(&self, traced: &Traced, monitor: &Monitor) -> Result<Option<Plan>, Cancelled> {
         let Self { work, part_of, .. } = self;
-        // Edges of quads that are kept.
+        // Edges of quads that stay.
         let mut given = BTreeSet::new();
         for (quad, _) in work.filled.quads.iter().zip(part_of).filter(|(_, part)| **part == NONE) {
             given.extend((0..4).map(|k| sorted(quad[k], quad[(k + 1) % 4])));
@@ -171,7 +172,7 @@ impl Parts<'_, '_> {
 impl Traced {
     /// Counts for about so many quads, and the pattern of each patch.
     fn counts(&self, pieces: &[Piece], target: f64, monitor: &Monitor) -> Result<Option<Counted>, Cancelled> {
-        let options = quantise::Options { alpha: ALPHA, ..quantise::Options::default() };
+        let options = quantise::Options { alpha: ALPHA, rows: true, ..quantise::Options::default() };
         let mut filler = Filler::new();
         let mut scale = 1.0;
         let mut best: Option<(f64, Vec<u32>, Vec<PatchTopology>)> = None;
@@ -190,7 +191,7 @@ impl Traced {
             };
             let found = quantise_instantly(&problem, &options, &|| monitor.is_cancelled());
             monitor.check()?;
-            // A patch between parts that are kept may have no room.
+            // A patch between quads that stay may have no room.
             let Ok(Quantisation { counts, .. }) = found else { return Ok(None) };
             let mut topologies = vec![];
             for sides in &self.sides {
