@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use super::energy::{Condition, Part, Penalties, conditions};
 use super::{Layout, MOST, Options};
+use mesh::NONE;
 use solve::{CancelCheck, SolveError};
 
 /// An improvement must exceed this, so that rounding errors cannot make the search circle.
@@ -19,7 +20,6 @@ const LEAST_GAIN: f64 = 1e-9;
 const ROUNDS: usize = 64;
 /// Walks in a row that do not gain what they promise, because they cross a patch twice, before the search ends.
 const MOST_FAILURES: usize = 30;
-const NONE: u32 = u32::MAX;
 
 /// A free sub-side in a patch, or outside of the layout behind a sub-side of its border.
 struct Use {

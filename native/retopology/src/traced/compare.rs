@@ -79,7 +79,7 @@ impl Work<'_> {
     }
 
     /// The least scaled Jacobian, that of all but one quad in a hundred, and the mean deviation of angles, degrees.
-    pub fn shapes(&self) -> (f64, f64, f64) {
+    fn shapes(&self) -> (f64, f64, f64) {
         let corners = |quad: &[u32; 4]| quad.map(|v| self.filled.positions[v as usize]);
         let shape = |quad| (scaled_jacobian(corners(quad)), angle_deviation(corners(quad)));
         let (mut jacobians, angles): (Vec<f64>, Vec<f64>) = self.filled.quads.iter().map(shape).unzip();
@@ -88,12 +88,12 @@ impl Work<'_> {
     }
 
     /// Inner vertices of other valence than 4.
-    pub fn irregular(&self) -> usize {
+    fn irregular(&self) -> usize {
         irregular(&Topology::new(self.filled.positions.len(), &self.filled.quads))
     }
 
     /// Share of the length of the rails within [`NEAR`] mean edge lengths of the quads' edges along them.
-    pub fn followed(&self) -> f64 {
+    fn followed(&self) -> f64 {
         let Rails { steps, points, .. } = self.rails();
         let Filled { positions, along, .. } = &self.filled;
         let (mut near, mut all) = (0.0, 0.0);

@@ -45,6 +45,7 @@ const MOST_FOLDED: usize = 25;
 /// Rails with fewer edges than this times what their bends need have vertices on the bends from the start; where edges do not follow
 /// the features then, all have. Quads are less square for it, by 0.6 degrees on a gear.
 const ROOM: f64 = 1.3;
+
 /// Quads to be laid anew.
 pub(crate) struct Remaking<'b, 'a> {
     pub work: &'b Work<'a>,
