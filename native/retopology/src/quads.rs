@@ -349,22 +349,21 @@ pub(crate) fn quads_after(
     clock.stop("trace");
     // Those that were there are finished only where they may be better.
     let is_sound = |remade: &Remade<'_>, inverted: usize| remade.done.1 <= inverted && remade.lost == 0;
-    let (mended, inverted, is_traced);
-    match traced {
+    let (is_traced, mut mended, mut inverted);
+    (work, (mended, inverted), is_traced) = match traced {
         Some(traced) if is_sound(&traced, 0) && traced.work.is_better(&work, false, target) => {
-            (work, (mended, inverted), is_traced) = (traced.work, traced.done, true);
+            (traced.work, traced.done, true)
         }
         traced => {
             let done = finish(&mut work)?;
             match traced {
                 Some(traced) if is_sound(&traced, done.1) && traced.work.is_better(&work, true, target) => {
-                    (work, (mended, inverted), is_traced) = (traced.work, traced.done, true);
+                    (traced.work, traced.done, true)
                 }
-                _ => ((mended, inverted), is_traced) = (done, false),
+                _ => (work, done, false),
             }
         }
-    }
-    let (mut mended, mut inverted) = (mended, inverted);
+    };
     if let Some(as_laid) = as_laid
         && target.is_some_and(|target| (work.filled.quads.len() as f64) < (1.0 - NEAR_TARGET) * target)
     {
