@@ -342,7 +342,7 @@ pub(crate) fn quads_after(
     let traced = if refills && templates.is_empty() && options.density.is_empty() {
         let remaking =
             Remaking { work: &work, wanted: &all, plain: &plain, shortest: contrast.shortest, smooth: &smooth, target };
-        remaking.remade(finish, monitor)?
+        remaking.remade(sound, monitor)?
     } else {
         None
     };

@@ -17,8 +17,9 @@ use crate::reach;
 use crate::surfaces::{Chart, Ground};
 use mesh::{DVec3, Monitor, NONE};
 use quadrangulate::PatchTopology;
-use quadrangulate::improve::{QuadPatch, Setting, refill};
+use quadrangulate::improve::{NEAREST, QuadPatch, Setting, refill};
 use rayon::prelude::*;
+use surface::closest::ClosestPoint;
 use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::Reference;
 
@@ -38,6 +39,9 @@ pub(crate) const TIMES: usize = 4;
 pub(crate) const TIMES_AFTER_EDIT: usize = 1;
 /// They are left again where that takes quads of less than this quality.
 const WORST_REACHED: f64 = 0.15;
+/// Traced quads keep the corners that they were given at features where the angle is this close to theirs, in quarters: sharp bends make
+/// irregular vertices, and with a bound of 0.5 a fish and a goat's head had a tenth more.
+const TRACED_SLACK: f64 = 0.8;
 /// Most quads that are replaced together to take out irregular vertices.
 const LARGEST: usize = 800;
 /// Vertices of a rail that are put back by less, in edge lengths, leave all others where they are.
@@ -71,6 +75,8 @@ pub(crate) struct Work<'a> {
     rails: &'a Rails,
     chart_of_quad: Vec<u32>,
     constraints: Vec<Constraint>,
+    /// See [`Setting::slack`].
+    slack: f64,
     pub filled: Filled,
 }
 
@@ -97,7 +103,7 @@ impl<'a> Work<'a> {
         let chart_of_quad =
             filled.patch_of.iter().map(|&p| chart_of[patches[p as usize].triangles[0] as usize]).collect();
         let constraints = constraints(&filled, rails);
-        Self { base, charts, rails, chart_of_quad, constraints, filled }
+        Self { base, charts, rails, chart_of_quad, constraints, slack: NEAREST, filled }
     }
 
     /// Section 6 for the vertices that may move: they are pulled into shape, and to what sticks out of the quads. It ends
@@ -162,6 +168,56 @@ impl<'a> Work<'a> {
         }
         self.take_back(&part, &names, movable);
         Ok(())
+    }
+
+    /// Takes back the moves of vertices around quads that got worse than `weak` by them, and around points: those within so many rings go
+    /// to where they were `before` and are held there, those around them are smoothed. Vertices on bends stay unless `bends` says so. Returns
+    /// whether any did.
+    pub fn put_back(
+        &mut self,
+        before: &[DVec3],
+        (weak, points): (f64, &[DVec3]),
+        (rings, bends): (usize, bool),
+        smooth: &SmoothOptions,
+        monitor: &Monitor,
+    ) -> Result<bool, LayoutError> {
+        let Filled { positions, quads, places, .. } = &self.filled;
+        let surfaces = surfaces(self.charts);
+        let quality = |q: usize, at: &[DVec3]| {
+            let (p, surface) = (quads[q].map(|v| at[v as usize]), surfaces[self.chart_of_quad[q] as usize]);
+            mend::quality(p, surface).min(mesh::scaled_jacobian(p))
+        };
+        let got_weak = |&q: &usize| {
+            let now = quality(q, positions);
+            now < weak && quality(q, before) > now
+        };
+        let mut slipped: Vec<usize> = (0..quads.len()).filter(got_weak).collect();
+        if !points.is_empty() {
+            let closest = ClosestPoint::of_quads(positions, quads.iter().copied());
+            slipped.extend(points.iter().map(|&p| closest.project(p).triangle as usize / 2));
+        }
+        if slipped.is_empty() {
+            return Ok(false);
+        }
+        let mut near = vec![false; positions.len()];
+        slipped.iter().flat_map(|&q| quads[q]).for_each(|v| near[v as usize] = true);
+        let grow = |near: &mut Vec<bool>| {
+            let reached: Vec<_> = quads.iter().filter(|quad| quad.iter().any(|&v| near[v as usize])).collect();
+            reached.into_iter().flatten().for_each(|&v| near[v as usize] = true);
+        };
+        (0..rings).for_each(|_| grow(&mut near));
+        let own = |v: usize| if bends { constraint(places[v], self.rails) } else { self.constraints[v] };
+        let goes = |&v: &usize| near[v] && (own(v) == Constraint::Free || bends && own(v) != Constraint::Fixed);
+        let back: Vec<usize> = (0..near.len()).filter(goes).collect();
+        (0..rings).for_each(|_| grow(&mut near));
+        for v in back {
+            self.filled.positions[v] = before[v];
+            self.constraints[v] = Constraint::Fixed;
+        }
+        let (mut part, names) = self.part(&near);
+        part.smooth(1, smooth, monitor)?;
+        self.take_back(&part, &names, &near);
+        Ok(true)
     }
 
     /// Vertices of a part, where they are now. Those that may not move are where they were, but held: they keep their constraint.
@@ -348,8 +404,13 @@ impl<'a> Work<'a> {
         let (features, surfaces) = (self.features(), surfaces(self.charts));
         let start = self.take();
         let outside = vec![0; start.positions.len()];
-        let setting =
-            Setting { features: &features, outside: &outside, chains: &self.rails.lines, surfaces: &surfaces };
+        let setting = Setting {
+            features: &features,
+            outside: &outside,
+            chains: &self.rails.lines,
+            surfaces: &surfaces,
+            slack: self.slack,
+        };
         let better = refill(start, &setting, stays, LARGEST, monitor)?;
         self.put(better.patch, &better.source, outside.len());
         Ok(())
@@ -382,7 +443,13 @@ impl<'a> Work<'a> {
         let (features, surfaces) = (self.features(), surfaces(self.charts));
         let start = self.take();
         let before = start.positions.len();
-        let setting = Setting { features: &features, outside: &[], chains: &self.rails.lines, surfaces: &surfaces };
+        let setting = Setting {
+            features: &features,
+            outside: &[],
+            chains: &self.rails.lines,
+            surfaces: &surfaces,
+            slack: self.slack,
+        };
         let Mended { patch, source, places } = mend(start, &setting, smooth, sound, monitor)?;
         let inverted = qualities(&patch, &surfaces).iter().filter(|quality| **quality <= 0.0).count();
         self.put(patch, &source, before);
@@ -419,7 +486,7 @@ impl<'a> Work<'a> {
     pub(crate) fn with(&self, filled: Filled, chart_of: &[u32]) -> Self {
         let chart_of_quad = filled.patch_of.iter().map(|&p| chart_of[p as usize]).collect();
         let constraints = constraints(&filled, self.rails);
-        Self { chart_of_quad, constraints, filled, ..*self }
+        Self { chart_of_quad, constraints, slack: TRACED_SLACK, filled, ..*self }
     }
 
     /// Edges on rails.

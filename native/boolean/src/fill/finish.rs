@@ -2,7 +2,7 @@
 
 use super::{Declined, Fill, Region};
 use mesh::Monitor;
-use quadrangulate::improve::{ImproveOptions, QuadPatch, Setting, improve};
+use quadrangulate::improve::{ImproveOptions, NEAREST, QuadPatch, Setting, improve};
 use surface::smooth::{Constraint, SmoothOptions};
 
 /// Plans thought through for all irregular vertices of a region together, about: bounds the time of large regions.
@@ -46,7 +46,8 @@ fn finish_with(region: &Region, fill: &Fill, options: &ImproveOptions, monitor: 
     outside.resize(count, 0);
     let mut features = region.inner_lines.clone();
     features.extend(&region.line_edges);
-    let setting = Setting { features: &features, outside: &outside, chains: &[], surfaces: &[&region.under] };
+    let setting =
+        Setting { features: &features, outside: &outside, chains: &[], surfaces: &[&region.under], slack: NEAREST };
     let better = improve(start, &setting, options, monitor)
         .map_err(|error| monitor.check().map_or_else(Declined::Cancelled, |()| Declined::Because(error.to_string())))?;
     Ok(Fill { positions: better.patch.positions[region.rim_count..].to_vec(), quads: better.patch.quads })

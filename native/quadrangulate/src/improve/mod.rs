@@ -45,7 +45,13 @@ pub struct Setting<'a> {
     pub chains: &'a [Polyline],
     /// Reference surfaces.
     pub surfaces: &'a [&'a dyn Reference],
+    /// Features and borders want the quads that a sector has where their number is this close to its angle divided by 90 degrees, and the
+    /// nearest number elsewhere. At least [`NEAREST`].
+    pub slack: f64,
 }
+
+/// With this [`Setting::slack`] every sector wants the number nearest to its angle.
+pub const NEAREST: f64 = 0.5;
 
 /// How hard to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -232,7 +238,7 @@ fn set_ideals(mesh: &mut Editable, setting: &Setting<'_>) {
         }
         let sectors = mesh.sectors_of(v);
         let outside = setting.outside[v as usize];
-        for &(first, last, _, quad) in &sectors {
+        for &(first, last, count, quad) in &sectors {
             let on_feature = mesh.is_feature(v, first) || mesh.is_feature(v, last);
             let ideal = if outside > 0 && sectors.len() == 1 && !on_feature {
                 4_u32.saturating_sub(outside)
@@ -240,7 +246,9 @@ fn set_ideals(mesh: &mut Editable, setting: &Setting<'_>) {
                 let at = mesh.positions[v as usize];
                 let normal = setting.surfaces[mesh.surface_of[quad as usize] as usize].project(at).normal;
                 let side = |w: u32| mesh.positions[w as usize] - at;
-                (turn(side(first), side(last), normal) / FRAC_PI_2).round() as u32
+                let quarters = turn(side(first), side(last), normal) / FRAC_PI_2;
+                let stays = (quarters - f64::from(count)).abs() < setting.slack;
+                if stays { count } else { quarters.round() as u32 }
             };
             mesh.set_ideal(v, first, ideal.max(1));
         }

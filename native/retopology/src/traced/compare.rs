@@ -20,6 +20,8 @@ const MOST_ANGLE: f64 = 9.0;
 const LEAST_FOLLOWED: f64 = 0.99;
 const MOST_DRIFT: f64 = 0.04;
 const NEAR: f64 = 0.05;
+/// Traced quads are not finished where their number is off by more than this.
+pub(super) const MOST_OFF: f64 = 2.0 * MOST_DRIFT;
 /// Traced quads are finished where all but one in a hundred have this share of the scaled Jacobian that the others have now.
 const PROMISING: f64 = 0.7;
 /// Shapes that differ by less are the same: the worst quad of a narrow corner is often where it was.
@@ -30,7 +32,7 @@ impl Work<'_> {
     /// counts or features came out badly.
     pub fn promises(&self, others: &Self, target: Option<f64>) -> bool {
         self.irregular() as f64 <= FEWER * others.irregular() as f64
-            && self.off(others, target) <= 2.0 * MOST_DRIFT
+            && self.off(others, target) <= MOST_OFF
             && self.shapes().1 >= (LEAST_JACOBIAN - 0.05).min(PROMISING * others.shapes().1)
             && self.followed() >= others.followed().min(LEAST_FOLLOWED) - 0.005
     }
@@ -41,10 +43,11 @@ impl Work<'_> {
         if self.irregular() >= others.irregular() || self.off(others, target) > MOST_DRIFT {
             return false;
         }
-        let (mut least, mut jacobian, mut angle) = (LEAST, LEAST_JACOBIAN, MOST_ANGLE);
+        let theirs = others.shapes();
+        let least = LEAST.min(theirs.0 - SAME);
+        let (mut jacobian, mut angle) = (LEAST_JACOBIAN, MOST_ANGLE);
         if are_finished {
-            let shapes = others.shapes();
-            (least, jacobian, angle) = (least.min(shapes.0 - SAME), jacobian.min(shapes.1 - SAME), angle.max(shapes.2));
+            (jacobian, angle) = (jacobian.min(theirs.1 - SAME), angle.max(theirs.2));
         }
         let shapes = self.shapes();
         shapes.0 >= least && shapes.1 >= jacobian && shapes.2 <= angle && self.follows(others)

@@ -13,7 +13,7 @@ mod stay;
 
 use crate::error::LayoutError;
 use crate::fill::{Filled, Place, doubled};
-use crate::work::{Wanted, Work};
+use crate::work::{TIMES, Wanted, Work};
 use mesh::{DVec3, Monitor, NONE, TriangleMesh, sorted, split_quad};
 use plan::{Plan, Traced};
 use quadrangulate::layout::{self, CornerAngles, LayoutOptions, parts, trace_layout};
@@ -34,6 +34,8 @@ const LONGEST: f64 = 12.0;
 const ROUNDS_BEFORE_REFILLING: usize = 10;
 /// Times that quads are laid with more and more old ones that stay, where the new ones do not stand for them.
 const TRIES: usize = 3;
+/// Quads that finishing makes worse than this are taken back to where they were before.
+const WEAK: f64 = 0.1;
 /// Rings of quads around those that cannot be laid anew that stay as well.
 const RINGS: usize = 2;
 /// Old quads stay where new ones are further from them than this, in edge lengths: the tip of a finger that few quads would cover.
@@ -86,11 +88,7 @@ impl<'a> Remaking<'_, 'a> {
     ///
     /// # Errors
     /// [`LayoutError::Cancelled`].
-    pub fn remade(
-        &self,
-        finish: impl Fn(&mut Work<'a>) -> Result<(usize, usize), LayoutError>,
-        monitor: &Monitor,
-    ) -> Result<Option<Remade<'a>>, LayoutError> {
+    pub fn remade(&self, sound: f64, monitor: &Monitor) -> Result<Option<Remade<'a>>, LayoutError> {
         let Self { work, wanted, .. } = self;
         let mut on_rail = vec![false; work.filled.positions.len()];
         work.features().iter().flatten().for_each(|&v| on_rail[v as usize] = true);
@@ -130,7 +128,15 @@ impl<'a> Remaking<'_, 'a> {
             if !remade.promises(work, self.target) {
                 break;
             }
-            let done = finish(&mut remade)?;
+            let before = remade.filled.positions.clone();
+            remade.relax(&vec![true; before.len()], wanted, self.smooth, TIMES, monitor)?;
+            for bends in [false, true] {
+                let lost: Vec<DVec3> = remade.apart(&surface, most).into_iter().map(|(p, _)| p).collect();
+                if !remade.put_back(&before, (WEAK, &lost), (RINGS, bends), self.smooth, monitor)? {
+                    break;
+                }
+            }
+            let done = remade.mend_all(self.smooth, sound, true, monitor)?;
             let lost: Vec<DVec3> = remade.apart(&surface, most).into_iter().map(|(p, _)| p).collect();
             let follows = remade.follows(work);
             let mut bad = remade.inverted();

@@ -1,6 +1,7 @@
 //! How many edges go along each stretch of a traced layout: `QuadMixer`, section 3.3, with the needs of features.
 
 use super::Parts;
+use super::compare::MOST_OFF;
 use crate::density::CHORD_ERROR;
 use crate::division;
 use crate::fill::Place;
@@ -16,6 +17,8 @@ const ALPHA: f64 = 0.05;
 /// Times that counts are found with sizes nearer to the wanted number of quads, unless it is met this closely.
 const ROUNDS: usize = 6;
 const CLOSE: f64 = 0.01;
+/// And not at all where it is missed by more than this at the second time: of 33 layouts one came within [`MOST_OFF`] after that. Logarithms.
+const HOPELESS: f64 = 0.4;
 
 /// A stretch of a sub-side between base vertices.
 #[derive(Clone)]
@@ -170,13 +173,13 @@ impl Parts<'_, '_> {
 }
 
 impl Traced {
-    /// Counts for about so many quads, and the pattern of each patch.
+    /// Counts for about so many quads, and the pattern of each patch; `None` where bends or quads that stay leave no choice.
     fn counts(&self, pieces: &[Piece], target: f64, monitor: &Monitor) -> Result<Option<Counted>, Cancelled> {
         let options = quantise::Options { alpha: ALPHA, rows: true, ..quantise::Options::default() };
         let mut filler = Filler::new();
         let mut scale = 1.0;
         let mut best: Option<(f64, Vec<u32>, Vec<PatchTopology>)> = None;
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let problem = quantise::Layout {
                 sub_sides: pieces
                     .iter()
@@ -209,8 +212,11 @@ impl Traced {
             if off < CLOSE {
                 break;
             }
+            if round == 1 && off > HOPELESS {
+                return Ok(None);
+            }
             scale *= (-miss / 2.0).exp();
         }
-        Ok(best.map(|(_, counts, topologies)| (counts, topologies)))
+        Ok(best.filter(|(off, ..)| *off <= MOST_OFF).map(|(_, counts, topologies)| (counts, topologies)))
     }
 }
