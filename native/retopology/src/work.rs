@@ -15,6 +15,7 @@ use crate::quads::SourcePoint;
 use crate::rails::Rails;
 use crate::reach;
 use crate::surfaces::{Chart, Ground};
+use crate::traced;
 use mesh::{DVec3, Monitor, NONE};
 use quadrangulate::PatchTopology;
 use quadrangulate::improve::{NEAREST, QuadPatch, Setting, refill};
@@ -39,9 +40,6 @@ pub(crate) const TIMES: usize = 4;
 pub(crate) const TIMES_AFTER_EDIT: usize = 1;
 /// They are left again where that takes quads of less than this quality.
 const WORST_REACHED: f64 = 0.15;
-/// Traced quads keep the corners that they were given at features where the angle is this close to theirs, in quarters: sharp bends make
-/// irregular vertices, and with a bound of 0.5 a fish and a goat's head had a tenth more.
-const TRACED_SLACK: f64 = 0.8;
 /// Most quads that are replaced together to take out irregular vertices.
 const LARGEST: usize = 800;
 /// Vertices of a rail that are put back by less, in edge lengths, leave all others where they are.
@@ -486,7 +484,7 @@ impl<'a> Work<'a> {
     pub(crate) fn with(&self, filled: Filled, chart_of: &[u32]) -> Self {
         let chart_of_quad = filled.patch_of.iter().map(|&p| chart_of[p as usize]).collect();
         let constraints = constraints(&filled, self.rails);
-        Self { chart_of_quad, constraints, slack: TRACED_SLACK, filled, ..*self }
+        Self { chart_of_quad, constraints, slack: traced::SLACK, filled, ..*self }
     }
 
     /// Edges on rails.

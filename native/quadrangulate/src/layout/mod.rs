@@ -22,7 +22,7 @@ use ordered_float::OrderedFloat;
 use region::Region;
 use solve::components::connected_components;
 use std::collections::{BTreeMap, BTreeSet};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 use surface::cross_field::{CrossFieldError, cross_field};
 use surface::tracing::{Corner, TraceOptions};
 
@@ -231,11 +231,12 @@ pub fn trace_layout(
         mesh: fine,
         topology,
     };
+    let is_inside: Vec<bool> = canvas.fixed.iter().map(|on_border| !on_border).collect();
     let mut pending = Vec::new();
     let mut undivided = Vec::new();
     for (part, mut region) in (0..).zip(whole.open(&feature_edges, |_, _| 2)) {
         if region.topology.twin.contains(&NONE) {
-            classify(&mut region, &options.corners, &mut canvas);
+            classify(&mut region, &options.corners);
             pending.push((part, region));
             continue;
         }
@@ -243,6 +244,12 @@ pub fn trace_layout(
             Some(parts) => pending.extend(parts.into_iter().map(|region| (part, region))),
             None if options.partial => undivided.push((part, Fault::Closed)),
             None => return Err(stuck(mesh, &region, Fault::Closed)),
+        }
+    }
+    even_out(&mut pending, &is_inside, options.corners.slack);
+    for (_, region) in &pending {
+        for (&v, &quarters) in region.vertex.iter().zip(&region.quarters) {
+            canvas.node[v as usize] |= quarters != 2 && quarters != 0;
         }
     }
     pending.reverse();
@@ -338,7 +345,7 @@ fn mean_edge(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2]]) ->
 }
 
 /// Gives every border vertex its quarters by how the border turns there.
-fn classify(region: &mut Region, corners: &CornerAngles, canvas: &mut Canvas) {
+fn classify(region: &mut Region, corners: &CornerAngles) {
     let angles = region.angles();
     for border in region.loops() {
         let turns: Vec<f64> = border.iter().map(|&v| PI - angles[v as usize]).collect();
@@ -346,7 +353,35 @@ fn classify(region: &mut Region, corners: &CornerAngles, canvas: &mut Canvas) {
             let before = turns[(k + turns.len() - 1) % turns.len()];
             let quarters = corners.quarters(before, turns[k], turns[(k + 1) % turns.len()]);
             region.quarters[v as usize] = quarters;
-            canvas.node[region.vertex[v as usize] as usize] |= quarters != 2;
+        }
+    }
+}
+
+/// Gives corners around interior vertices whose angles come nearest to four quarters in all a quarter more or less until they are four,
+/// the nearest first, as long as each stays within `slack` of its angle. Rounded one by one they may be three or five, and a bend
+/// of a feature would be an irregular vertex.
+fn even_out(regions: &mut [(u32, Region)], is_inside: &[bool], slack: f64) {
+    let mut around = BTreeMap::<u32, Vec<(usize, usize, f64)>>::new();
+    for (r, (_, region)) in regions.iter().enumerate() {
+        let angles = region.angles();
+        for (v, &at) in region.vertex.iter().enumerate().filter(|(v, _)| region.quarters[*v] > 0) {
+            if is_inside[at as usize] {
+                around.entry(at).or_default().push((r, v, angles[v] / FRAC_PI_2));
+            }
+        }
+    }
+    // Elsewhere another number is right: three at a cube's corner.
+    let wants_four = |corners: &&Vec<(usize, usize, f64)>| (corners.iter().map(|c| c.2).sum::<f64>() - 4.0).abs() < 0.5;
+    for corners in around.values().filter(wants_four) {
+        loop {
+            let quarters = |&(r, v, _): &(usize, usize, f64)| regions[r].1.quarters[v];
+            let all: u8 = corners.iter().map(quarters).sum();
+            let step: i8 = if all < 4 { 1 } else { -1 };
+            let changed = |corner: &(usize, usize, f64)| quarters(corner).saturating_add_signed(step);
+            let off = |corner: &(usize, usize, f64)| (corner.2 - f64::from(changed(corner))).abs();
+            let nearest = corners.iter().filter(|corner| changed(corner) > 0).min_by(|a, b| off(a).total_cmp(&off(b)));
+            let Some(&(r, v, _)) = nearest.filter(|corner| all != 4 && off(corner) < slack) else { break };
+            regions[r].1.quarters[v] = regions[r].1.quarters[v].saturating_add_signed(step);
         }
     }
 }

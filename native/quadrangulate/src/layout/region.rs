@@ -24,11 +24,14 @@ pub struct CornerAngles {
     /// A corner that turns by less than this, while both its neighbours turn the same way at least half as much, belongs to a
     /// round curve of few edges and is flat. Default: 50 degrees, an octagon's 45 and some; 0 gives the paper's rule.
     pub round: f64,
+    /// A corner at an interior feature may have a quad more or less than that, up to so many quads off its angle, where the vertex has
+    /// four in all then. Default: 0, so that none has.
+    pub slack: f64,
 }
 
 impl Default for CornerAngles {
     fn default() -> Self {
-        Self { convex: PI * 0.875, concave: PI * 1.125, slit: PI * 1.75, round: PI / 3.6 }
+        Self { convex: PI * 0.875, concave: PI * 1.125, slit: PI * 1.75, round: PI / 3.6, slack: 0.0 }
     }
 }
 
