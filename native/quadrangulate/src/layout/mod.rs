@@ -231,12 +231,21 @@ pub fn trace_layout(
         mesh: fine,
         topology,
     };
-    let is_inside: Vec<bool> = canvas.fixed.iter().map(|on_border| !on_border).collect();
+    let mut regions = whole.open(&feature_edges, |_, _| 2);
+    let is_closed = |region: &Region| !region.topology.twin.contains(&NONE);
+    for region in regions.iter_mut().filter(|region| !is_closed(region)) {
+        classify(region, &options.corners);
+    }
+    even_out(&mut regions, &canvas.fixed, options.corners.slack);
+    for region in &regions {
+        for (&v, &quarters) in region.vertex.iter().zip(&region.quarters) {
+            canvas.node[v as usize] |= quarters != 0 && quarters != 2;
+        }
+    }
     let mut pending = Vec::new();
     let mut undivided = Vec::new();
-    for (part, mut region) in (0..).zip(whole.open(&feature_edges, |_, _| 2)) {
-        if region.topology.twin.contains(&NONE) {
-            classify(&mut region, &options.corners);
+    for (part, region) in (0..).zip(regions) {
+        if !is_closed(&region) {
             pending.push((part, region));
             continue;
         }
@@ -244,12 +253,6 @@ pub fn trace_layout(
             Some(parts) => pending.extend(parts.into_iter().map(|region| (part, region))),
             None if options.partial => undivided.push((part, Fault::Closed)),
             None => return Err(stuck(mesh, &region, Fault::Closed)),
-        }
-    }
-    even_out(&mut pending, &is_inside, options.corners.slack);
-    for (_, region) in &pending {
-        for (&v, &quarters) in region.vertex.iter().zip(&region.quarters) {
-            canvas.node[v as usize] |= quarters != 2 && quarters != 0;
         }
     }
     pending.reverse();
@@ -360,12 +363,12 @@ fn classify(region: &mut Region, corners: &CornerAngles) {
 /// Gives corners around interior vertices whose angles come nearest to four quarters in all a quarter more or less until they are four,
 /// the nearest first, as long as each stays within `slack` of its angle. Rounded one by one they may be three or five, and a bend
 /// of a feature would be an irregular vertex.
-fn even_out(regions: &mut [(u32, Region)], is_inside: &[bool], slack: f64) {
+fn even_out(regions: &mut [Region], on_border: &[bool], slack: f64) {
     let mut around = BTreeMap::<u32, Vec<(usize, usize, f64)>>::new();
-    for (r, (_, region)) in regions.iter().enumerate() {
+    for (r, region) in regions.iter().enumerate() {
         let angles = region.angles();
         for (v, &at) in region.vertex.iter().enumerate().filter(|(v, _)| region.quarters[*v] > 0) {
-            if is_inside[at as usize] {
+            if !on_border[at as usize] {
                 around.entry(at).or_default().push((r, v, angles[v] / FRAC_PI_2));
             }
         }
@@ -374,14 +377,14 @@ fn even_out(regions: &mut [(u32, Region)], is_inside: &[bool], slack: f64) {
     let wants_four = |corners: &&Vec<(usize, usize, f64)>| (corners.iter().map(|c| c.2).sum::<f64>() - 4.0).abs() < 0.5;
     for corners in around.values().filter(wants_four) {
         loop {
-            let quarters = |&(r, v, _): &(usize, usize, f64)| regions[r].1.quarters[v];
+            let quarters = |&(r, v, _): &(usize, usize, f64)| regions[r].quarters[v];
             let all: u8 = corners.iter().map(quarters).sum();
             let step: i8 = if all < 4 { 1 } else { -1 };
             let changed = |corner: &(usize, usize, f64)| quarters(corner).saturating_add_signed(step);
             let off = |corner: &(usize, usize, f64)| (corner.2 - f64::from(changed(corner))).abs();
             let nearest = corners.iter().filter(|corner| changed(corner) > 0).min_by(|a, b| off(a).total_cmp(&off(b)));
             let Some(&(r, v, _)) = nearest.filter(|corner| all != 4 && off(corner) < slack) else { break };
-            regions[r].1.quarters[v] = regions[r].1.quarters[v].saturating_add_signed(step);
+            regions[r].quarters[v] = regions[r].quarters[v].saturating_add_signed(step);
         }
     }
 }

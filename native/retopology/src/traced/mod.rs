@@ -27,9 +27,7 @@ use surface::smooth::SmoothOptions;
 /// Corners of features sharper than 135 degrees get one quad, and so on by quarters, but for those that may have four in all with one
 /// that is up to 72 degrees off: a fifth of the irregular vertices of a goat's head.
 const CORNERS: CornerAngles =
-    CornerAngles { convex: PI * 0.75, concave: PI * 1.25, slit: PI * 1.75, round: PI / 3.6, slack: SLACK };
-/// See [`CornerAngles::slack`], and [`quadrangulate::improve::Setting::slack`] for later.
-pub(crate) const SLACK: f64 = 0.8;
+    CornerAngles { convex: PI * 0.75, concave: PI * 1.25, slit: PI * 1.75, round: PI / 3.6, slack: 0.8 };
 /// Patches with sides of more edges than this are divided where a trace allows it. Without a bound the rows of long patches shear: mean
 /// angle deviation 14 instead of 8 degrees on a goat's head, 11 instead of 4 on a fish; bounded by 6 there were a tenth more
 /// irregular vertices.

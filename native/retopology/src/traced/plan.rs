@@ -178,6 +178,8 @@ impl Traced {
         let options = quantise::Options { alpha: ALPHA, rows: true, ..quantise::Options::default() };
         let mut filler = Filler::new();
         let mut scale = 1.0;
+        // Scales with too few quads and with too many.
+        let mut between: [f64; 2] = [0.0, f64::INFINITY];
         let mut best: Option<(f64, Vec<u32>, Vec<PatchTopology>)> = None;
         for round in 0..ROUNDS {
             let problem = quantise::Layout {
@@ -215,7 +217,14 @@ impl Traced {
             if round == 1 && off > HOPELESS {
                 return Ok(None);
             }
+            between[usize::from(miss > 0.0)] = scale;
+            if between[1] < (1.0 + CLOSE) * between[0] {
+                break;
+            }
             scale *= (-miss / 2.0).exp();
+            if !(between[0] < scale && scale < between[1]) {
+                scale = (between[0] * between[1]).sqrt();
+            }
         }
         Ok(best.filter(|(off, ..)| *off <= MOST_OFF).map(|(_, counts, topologies)| (counts, topologies)))
     }
