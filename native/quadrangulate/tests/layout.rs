@@ -404,6 +404,7 @@ fn a_part_without_a_layout_is_named_and_the_others_have_theirs() {
     assert_eq!(parts(&mesh, &features), [0, 1, 1, 1]);
     let options = LayoutOptions { partial: true, refinements: 0, ..LayoutOptions::default() };
     let layout = trace_layout(&mesh, &features, &options, &Monitor::new()).expect("a layout");
-    assert!(matches!(layout.undivided[..], [(0, Fault::Sides { .. })]), "{:?}", layout.undivided);
+    let [undivided] = &layout.undivided[..] else { panic!("{:?}", layout.undivided) };
+    assert!(undivided.part == 0 && matches!(undivided.fault, Fault::Sides { .. }), "{undivided:?}");
     assert!(!layout.patches.is_empty() && layout.patches.iter().all(|patch| patch.part == 1));
 }

@@ -114,8 +114,19 @@ pub struct PatchLayout {
     /// Concave corners of the border that no trace could divide: each time one occurs here, it counts a quad less. Their quads
     /// have wide angles.
     pub flattened: Vec<u32>,
-    /// Parts between features that have no patches, and why: only with [`LayoutOptions::partial`].
-    pub undivided: Vec<(u32, Fault)>,
+    /// Parts between features that have no patches: only with [`LayoutOptions::partial`].
+    pub undivided: Vec<Undivided>,
+}
+
+/// A part between features, see [`parts`], that could not be divided.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Undivided {
+    /// The part.
+    pub part: u32,
+    /// What is wrong with a piece of it that no trace divides.
+    pub fault: Fault,
+    /// The given triangles nearest to that piece: those that share a vertex with it.
+    pub triangles: Vec<u32>,
 }
 
 impl PatchLayout {
@@ -251,8 +262,8 @@ pub fn trace_layout(
         }
         match open_closed(&region, &mut canvas, options, monitor)? {
             Some(parts) => pending.extend(parts.into_iter().map(|region| (part, region))),
-            None if options.partial => undivided.push((part, Fault::Closed)),
-            None => return Err(stuck(mesh, &region, Fault::Closed)),
+            None if options.partial => undivided.push(stuck(mesh, part, &region, Fault::Closed)),
+            None => return Err(stuck(mesh, part, &region, Fault::Closed).into()),
         }
     }
     pending.reverse();
@@ -270,11 +281,11 @@ pub fn trace_layout(
                 pending.push((part, *region));
             }
             Step::Stuck(fault) if options.partial => {
-                undivided.push((part, fault));
+                undivided.push(stuck(mesh, part, &region, fault));
                 patches.retain(|patch| patch.0 != part);
                 pending.retain(|region| region.0 != part);
             }
-            Step::Stuck(fault) => return Err(stuck(mesh, &region, fault)),
+            Step::Stuck(fault) => return Err(stuck(mesh, part, &region, fault).into()),
         }
     }
     let (parts, regions): (Vec<u32>, Vec<Region>) = patches.into_iter().unzip();
@@ -389,10 +400,15 @@ fn even_out(regions: &mut [Region], on_border: &[bool], slack: f64) {
     }
 }
 
-/// The error for a part, told in the caller's triangles.
-fn stuck(mesh: &TriangleMesh, region: &Region, fault: Fault) -> LayoutError {
-    let part: BTreeSet<u32> = region.vertex.iter().copied().collect();
-    let touches = |t: &&u32| mesh.triangles[**t as usize].iter().any(|v| part.contains(v));
-    let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-    LayoutError::NoTrace { fault, triangles: all.iter().filter(touches).copied().collect() }
+/// A part that a region of it keeps from being divided, told in the caller's triangles.
+fn stuck(mesh: &TriangleMesh, part: u32, region: &Region, fault: Fault) -> Undivided {
+    let own: BTreeSet<u32> = region.vertex.iter().copied().collect();
+    let touches = |t: &u32| mesh.triangles[*t as usize].iter().any(|v| own.contains(v));
+    Undivided { part, fault, triangles: (0..mesh.triangles.len() as u32).filter(touches).collect() }
+}
+
+impl From<Undivided> for LayoutError {
+    fn from(Undivided { fault, triangles, .. }: Undivided) -> Self {
+        Self::NoTrace { fault, triangles }
+    }
 }

@@ -16,10 +16,12 @@ const FEWER: f64 = 0.9;
 /// the wanted one.
 const LEAST: f64 = 0.05;
 const LEAST_JACOBIAN: f64 = 0.3;
-const MOST_ANGLE: f64 = 9.0;
+const MOST_ANGLE: f64 = 10.0;
 const LEAST_FOLLOWED: f64 = 0.99;
 const MOST_DRIFT: f64 = 0.04;
 const NEAR: f64 = 0.05;
+/// Where quads are few, all have angles that are off by more, and traced ones may by so many times as much.
+const MORE: f64 = 1.1;
 /// Traced quads are not finished where their number is off by more than this.
 pub(super) const MOST_OFF: f64 = 2.0 * MOST_DRIFT;
 /// Traced quads are finished where all but one in a hundred have this share of the scaled Jacobian that the others have now.
@@ -47,7 +49,7 @@ impl Work<'_> {
         let least = LEAST.min(theirs.0 - SAME);
         let (mut jacobian, mut angle) = (LEAST_JACOBIAN, MOST_ANGLE);
         if are_finished {
-            (jacobian, angle) = (jacobian.min(theirs.1 - SAME), angle.max(theirs.2));
+            (jacobian, angle) = (jacobian.min(theirs.1 - SAME), angle.max(MORE * theirs.2));
         }
         let shapes = self.shapes();
         shapes.0 >= least && shapes.1 >= jacobian && shapes.2 <= angle && self.follows(others)

@@ -16,7 +16,7 @@ use crate::fill::{Filled, Place, doubled};
 use crate::work::{TIMES, Wanted, Work};
 use mesh::{DVec3, Monitor, NONE, TriangleMesh, sorted, split_quad};
 use plan::{Plan, Traced};
-use quadrangulate::layout::{self, CornerAngles, LayoutOptions, parts, trace_layout};
+use quadrangulate::layout::{self, CornerAngles, LayoutOptions, Undivided, parts, trace_layout};
 use rayon::prelude::*;
 use stay::Stay;
 use std::collections::{BTreeMap, BTreeSet};
@@ -153,7 +153,12 @@ impl<'a> Remaking<'_, 'a> {
                 division = Some((parts, traced, plan));
             } else {
                 let seeds: Vec<usize> = bad.into_iter().map(|p| old.under.project(p).triangle as usize / 2).collect();
+                let before = stay.count();
                 stay.grow(&seeds, RINGS);
+                if stay.count() == before {
+                    // They are beside quads that stay already.
+                    break;
+                }
             }
             if !follows {
                 room = f64::INFINITY;
@@ -186,7 +191,7 @@ impl<'a> Remaking<'_, 'a> {
             })
         };
         let all = work.filled.quads.len();
-        for _ in 0..TRIES {
+        for attempt in 0..TRIES {
             if stay.count() > all / 2 {
                 return Ok(None);
             }
@@ -203,9 +208,21 @@ impl<'a> Remaking<'_, 'a> {
                 // The field needs triangles that have an area, and something to follow in every component or in none.
                 Err(_) => return Ok(None),
             };
+            let parts: Vec<u32> = parts(&mesh, &features).into_iter().step_by(2).collect();
+            let stuck = |undivided: &Undivided| -> Vec<usize> {
+                let quads: BTreeSet<usize> = undivided.triangles.iter().map(|t| moves[*t as usize / 2]).collect();
+                let all = parts.iter().filter(|part| **part == undivided.part).count();
+                if quads.len() <= all / 2 { quads.into_iter().collect() } else { vec![] }
+            };
+            let stuck: Vec<usize> = layout.undivided.iter().flat_map(stuck).collect();
+            if !stuck.is_empty() && attempt + 1 < TRIES {
+                // Without those the rest can be divided.
+                stay.grow(&stuck, 0);
+                continue;
+            }
             let mut part_of = vec![NONE; all];
-            for (part, &q) in parts(&mesh, &features).into_iter().step_by(2).zip(&moves) {
-                stay.quads[q] = layout.undivided.iter().any(|undivided| undivided.0 == part);
+            for (part, &q) in parts.into_iter().zip(&moves) {
+                stay.quads[q] = layout.undivided.iter().any(|undivided| undivided.part == part);
                 part_of[q] = if stay.quads[q] { NONE } else { part };
             }
             let sizes = layout.mesh.positions.iter().enumerate().map(size_at).collect();
@@ -215,7 +232,8 @@ impl<'a> Remaking<'_, 'a> {
             let Some(plan) = parts.plan(&traced, monitor)? else { return Ok(None) };
             let Some(filled) = parts.lay(&traced, &plan, ROOM, monitor)? else { return Ok(None) };
             let bad = parts.bad(&filled, lengths, stay);
-            if bad.is_empty() {
+            if bad.is_empty() || attempt + 1 == TRIES && doubled(&filled).is_empty() {
+                // What is lost at last may be reached when they are finished.
                 return Ok(Some((parts, traced, plan)));
             }
             stay.grow(&bad, RINGS);
