@@ -3,7 +3,9 @@
 
 use glam::{DVec2, DVec3};
 use mesh::{Monitor, Topology, TriangleMesh};
-use quadrangulate::layout::{Fault, LayoutError, LayoutOptions, PatchLayout, SubSideKind, parts, trace_layout};
+use quadrangulate::layout::{
+    CornerAngles, Fault, LayoutError, LayoutOptions, PatchLayout, SubSideKind, parts, trace_layout,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -407,4 +409,38 @@ fn a_part_without_a_layout_is_named_and_the_others_have_theirs() {
     let [undivided] = &layout.undivided[..] else { panic!("{:?}", layout.undivided) };
     assert!(undivided.part == 0 && matches!(undivided.fault, Fault::Sides { .. }), "{undivided:?}");
     assert!(!layout.patches.is_empty() && layout.patches.iter().all(|patch| patch.part == 1));
+}
+
+#[test]
+fn a_bend_of_a_feature_has_four_quads_around_it_where_its_angles_allow() {
+    // The apex of a cone with 325 degrees around it, where a feature leaves 125 on one side and 200 on the other.
+    let (spokes, rings) = (13, 4);
+    let slope = 325.0 / 360.0_f64;
+    let ring = |r: u32| {
+        (0..spokes).map(move |s| {
+            let (length, at) = (f64::from(r), TAU * f64::from(s) / f64::from(spokes));
+            length * DVec3::new(slope * at.cos(), slope * at.sin(), -(1.0 - slope * slope).sqrt())
+        })
+    };
+    let positions: Vec<DVec3> = std::iter::once(DVec3::ZERO).chain((1..=rings).flat_map(ring)).collect();
+    let at = |r: u32, s: u32| if r == 0 { 0 } else { 1 + (r - 1) * spokes + s % spokes };
+    let mut triangles: Vec<[u32; 3]> = (0..spokes).map(|s| [0, at(1, s), at(1, s + 1)]).collect();
+    for (r, s) in (1..rings).flat_map(|r| (0..spokes).map(move |s| (r, s))) {
+        triangles.push([at(r, s), at(r + 1, s), at(r + 1, s + 1)]);
+        triangles.push([at(r, s), at(r + 1, s + 1), at(r, s + 1)]);
+    }
+    let mesh = TriangleMesh { positions, triangles };
+    let features: Vec<[u32; 2]> =
+        [0, 5].into_iter().flat_map(|s| (0..rings).map(move |r| [at(r, s), at(r + 1, s)])).collect();
+    let quads_at_apex = |slack: f64| {
+        let corners =
+            CornerAngles { convex: 0.75 * TAU / 2.0, concave: 1.25 * TAU / 2.0, slack, ..CornerAngles::default() };
+        let options = LayoutOptions { corners, refinements: 0, ..LayoutOptions::default() };
+        let layout = trace_layout(&mesh, &features, &options, &Monitor::new()).expect("a layout");
+        check(&mesh, &layout);
+        let touches = |patch: &Vec<u32>| patch.iter().any(|&t| layout.mesh.triangles[t as usize].contains(&0));
+        let own = layout.patches.iter().filter(|patch| touches(&patch.triangles));
+        own.map(|patch| if patch.corners.contains(&0) { 1 } else { 2 }).sum::<u32>()
+    };
+    assert_eq!([0.0, 0.8].map(quads_at_apex), [3, 4]);
 }

@@ -559,3 +559,7 @@ impl<'a> Work<'a> {
         self.filled.positions.par_iter().zip(&chart).map(find).collect()
     }
 }
+
+#[cfg(test)]
+#[path = "work_tests.rs"]
+mod tests;

@@ -471,3 +471,19 @@ fn bad_starts_and_cancelling_are_errors() {
 
 #[path = "refill_tests.rs"]
 mod refill_tests;
+
+#[test]
+fn a_corner_keeps_its_quads_within_the_slack() {
+    // A corner of 130 degrees with two quads: 1.44 quads are nearer to one than to two.
+    let to = |degrees: f64, r: f64| DVec3::new(r * degrees.to_radians().cos(), r * degrees.to_radians().sin(), 0.0);
+    let positions = vec![DVec3::ZERO, to(0.0, 1.0), to(35.0, 1.5), to(65.0, 1.0), to(95.0, 1.5), to(130.0, 1.0)];
+    let wanted = |slack: f64| {
+        let setting = Setting { features: &[], outside: &[0; 6], chains: &[], surfaces: &[&Plane], slack };
+        let constraints = vec![Constraint::Fixed; 6];
+        let quads = [[0, 1, 2, 3], [0, 3, 4, 5]];
+        let mut mesh = Editable::new(&quads, vec![0; 2], positions.clone(), constraints, &[]).unwrap();
+        set_ideals(&mut mesh, &setting);
+        mesh.missing(0, 0)
+    };
+    assert_eq!([NEAREST, 0.5, 0.6, 1.0].map(wanted), [-1, -1, 0, 0]);
+}
