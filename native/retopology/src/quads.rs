@@ -340,9 +340,16 @@ pub(crate) fn quads_after(
     };
     // Painted sizes and chosen templates are the base's.
     let traced = if refills && templates.is_empty() && options.density.is_empty() {
-        let remaking =
-            Remaking { work: &work, wanted: &all, plain: &plain, shortest: contrast.shortest, smooth: &smooth, target };
-        remaking.remade(sound, monitor)?
+        let remaking = Remaking {
+            work: &work,
+            wanted: &all,
+            plain: &plain,
+            shortest: contrast.shortest,
+            smooth: &smooth,
+            sound,
+            target,
+        };
+        remaking.remade(monitor)?
     } else {
         None
     };

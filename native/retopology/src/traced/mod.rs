@@ -59,6 +59,8 @@ pub(crate) struct Remaking<'b, 'a> {
     /// Shortest edge that bends of features may ask for, in wanted ones.
     pub shortest: f64,
     pub smooth: &'b SmoothOptions,
+    /// Quality below which quads are mended.
+    pub sound: f64,
     /// Quads wanted, when a number is.
     pub target: Option<f64>,
 }
@@ -90,7 +92,7 @@ impl<'a> Remaking<'_, 'a> {
     ///
     /// # Errors
     /// [`LayoutError::Cancelled`].
-    pub fn remade(&self, sound: f64, monitor: &Monitor) -> Result<Option<Remade<'a>>, LayoutError> {
+    pub fn remade(&self, monitor: &Monitor) -> Result<Option<Remade<'a>>, LayoutError> {
         let Self { work, wanted, .. } = self;
         let mut on_rail = vec![false; work.filled.positions.len()];
         work.features().iter().flatten().for_each(|&v| on_rail[v as usize] = true);
@@ -106,6 +108,8 @@ impl<'a> Remaking<'_, 'a> {
         let surface = ClosestPoint::new(&work.base().surface);
         let most = MOST_APART * work.base().surface.to_polygons().diagonal();
         let most = work.apart(&surface, most).into_iter().fold(most, |most, (_, distance)| most.max(distance));
+        let lost =
+            |quads: &Work<'_>| -> Vec<DVec3> { quads.apart(&surface, most).into_iter().map(|(p, _)| p).collect() };
         let mut best: Option<Remade<'a>> = None;
         let (mut division, mut room) = (None, ROOM);
         for _ in 0..TRIES {
@@ -133,13 +137,12 @@ impl<'a> Remaking<'_, 'a> {
             let before = remade.filled.positions.clone();
             remade.relax(&vec![true; before.len()], wanted, self.smooth, TIMES, monitor)?;
             for bends in [false, true] {
-                let lost: Vec<DVec3> = remade.apart(&surface, most).into_iter().map(|(p, _)| p).collect();
-                if !remade.put_back(&before, (WEAK, &lost), (RINGS, bends), self.smooth, monitor)? {
+                if !remade.put_back(&before, (WEAK, &lost(&remade)), (RINGS, bends), self.smooth, monitor)? {
                     break;
                 }
             }
-            let done = remade.mend_all(self.smooth, sound, true, monitor)?;
-            let lost: Vec<DVec3> = remade.apart(&surface, most).into_iter().map(|(p, _)| p).collect();
+            let done = remade.mend_all(self.smooth, self.sound, true, monitor)?;
+            let lost = lost(&remade);
             let follows = remade.follows(work);
             let mut bad = remade.inverted();
             bad.extend(&lost);
