@@ -14,7 +14,7 @@ mod stay;
 use crate::error::LayoutError;
 use crate::fill::{Filled, Place, doubled};
 use crate::work::{TIMES, Wanted, Work};
-use mesh::{DVec3, Monitor, NONE, TriangleMesh, sorted, split_quad};
+use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh, sorted, split_quad};
 use plan::{Plan, Traced};
 use quadrangulate::layout::{self, CornerAngles, LayoutOptions, Undivided, parts, trace_layout};
 use rayon::prelude::*;
@@ -234,6 +234,10 @@ impl<'a> Remaking<'_, 'a> {
             let traced = parts.traced(layout, sizes);
             let Some(plan) = parts.plan(&traced, monitor)? else { return Ok(None) };
             let Some(filled) = parts.lay(&traced, &plan, ROOM, monitor)? else { return Ok(None) };
+            if doubled(&filled).is_empty() && filled.topology() != work.filled.topology() {
+                // Patches do not close the surface: a narrow one was lost along a feature.
+                return Ok(None);
+            }
             let bad = parts.bad(&filled, lengths, stay);
             if bad.is_empty() || attempt + 1 == TRIES && doubled(&filled).is_empty() {
                 // What is lost at last may be reached when they are finished.
@@ -252,6 +256,15 @@ struct Old {
     under: ClosestPoint,
     /// Edge length wanted at each vertex.
     lengths: Vec<f64>,
+}
+
+impl Filled {
+    /// Euler characteristic and number of borders.
+    fn topology(&self) -> (i64, usize) {
+        let topology = Topology::new(self.positions.len(), &self.quads);
+        let used = topology.outgoing.iter().filter(|h| **h != NONE).count() as i64;
+        (used - topology.edges().count() as i64 + self.quads.len() as i64, topology.border_loops().len())
+    }
 }
 
 impl Work<'_> {
@@ -308,5 +321,22 @@ impl Parts<'_, '_> {
             stay.farthest(&lost)
         };
         parts.into_iter().flat_map(bad).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_patch_that_was_lost_shows_in_the_topology() {
+        let corner = |i: u32, j: u32| 4 * i + j;
+        let cells = (0..3).flat_map(|i| (0..3).map(move |j| (i, j)));
+        let quads: Vec<[u32; 4]> =
+            cells.map(|(i, j)| [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)]).collect();
+        let whole = Filled { positions: vec![DVec3::ZERO; 16], quads, ..Filled::default() };
+        let mut less = whole.clone();
+        less.quads.remove(4);
+        assert_eq!([&whole, &less].map(Filled::topology), [(1, 1), (0, 2)]);
     }
 }
