@@ -8,13 +8,7 @@ const MOST: usize = 200;
 fn refilled(start: &Start, stays: &[bool]) -> Improved {
     let sphere = start.sphere.map(Sphere);
     let surfaces: [&dyn Reference; 1] = [sphere.as_ref().map_or(&Plane as &dyn Reference, |s| s)];
-    let setting = Setting {
-        features: &start.features,
-        outside: &start.outside,
-        chains: &start.chains,
-        surfaces: &surfaces,
-        slack: NEAREST,
-    };
+    let setting = start.setting(&surfaces);
     let refilled = refill(start.patch.clone(), &setting, stays, MOST, &Monitor::new()).unwrap();
     check(start, &refilled);
     assert_eq!(refilled.report.smooth, None);
@@ -25,13 +19,7 @@ fn refilled(start: &Start, stays: &[bool]) -> Improved {
 fn combed(start: Start) -> Start {
     let sphere = start.sphere.map(Sphere);
     let surfaces: [&dyn Reference; 1] = [sphere.as_ref().map_or(&Plane as &dyn Reference, |s| s)];
-    let setting = Setting {
-        features: &start.features,
-        outside: &start.outside,
-        chains: &start.chains,
-        surfaces: &surfaces,
-        slack: NEAREST,
-    };
+    let setting = start.setting(&surfaces);
     let options = ImproveOptions { depth: 1, ..ImproveOptions::default() };
     let Improved { patch, source, features, .. } =
         improve(start.patch.clone(), &setting, &options, &Monitor::new()).unwrap();
@@ -72,13 +60,7 @@ fn quads_that_stay_are_not_replaced() {
 fn refilling_gives_the_same_bytes_and_can_be_cancelled() {
     let start = combed(band(None, true).paired(0.3, 11));
     assert_eq!(refilled(&start, &[]), refilled(&start, &[]));
-    let setting = Setting {
-        features: &start.features,
-        outside: &start.outside,
-        chains: &start.chains,
-        surfaces: &[&Plane],
-        slack: NEAREST,
-    };
+    let setting = start.setting(&[&Plane]);
     let monitor = Monitor::new();
     monitor.cancel();
     let stopped = refill(start.patch.clone(), &setting, &[], MOST, &monitor).unwrap_err();

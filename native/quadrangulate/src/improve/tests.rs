@@ -46,6 +46,13 @@ struct Start {
     sphere: Option<f64>,
 }
 
+impl Start {
+    fn setting<'a>(&'a self, surfaces: &'a [&'a dyn Reference]) -> Setting<'a> {
+        let Self { features, outside, chains, .. } = self;
+        Setting { features, outside, chains, surfaces, slack: NEAREST }
+    }
+}
+
 impl Band {
     fn position(&self, i: f64, j: f64) -> DVec3 {
         let (radius, angle) =
@@ -267,13 +274,7 @@ fn sines(patch: &QuadPatch, sphere: bool) -> (f64, f64) {
 fn run(name: &str, start: &Start) -> Improved {
     let sphere = start.sphere.map(Sphere);
     let surfaces: [&dyn Reference; 1] = [sphere.as_ref().map_or(&Plane as &dyn Reference, |s| s)];
-    let setting = Setting {
-        features: &start.features,
-        outside: &start.outside,
-        chains: &start.chains,
-        surfaces: &surfaces,
-        slack: NEAREST,
-    };
+    let setting = start.setting(&surfaces);
     let mut smoothed = start.patch.clone();
     smoothed.smooth(&setting, &SmoothOptions::default(), &Monitor::new()).unwrap();
     let clock = std::time::Instant::now();
@@ -430,13 +431,7 @@ fn a_scrambled_band_is_combed() {
 #[test]
 fn the_same_start_gives_the_same_bytes() {
     let start = band(None, true).scrambled(40, 9);
-    let setting = Setting {
-        features: &start.features,
-        outside: &start.outside,
-        chains: &start.chains,
-        surfaces: &[&Plane],
-        slack: NEAREST,
-    };
+    let setting = start.setting(&[&Plane]);
     let run = || improve(start.patch.clone(), &setting, &ImproveOptions::default(), &Monitor::new()).unwrap();
     assert_eq!(run(), run());
 }
@@ -444,13 +439,7 @@ fn the_same_start_gives_the_same_bytes() {
 #[test]
 fn bad_starts_and_cancelling_are_errors() {
     let start = band(None, true).start();
-    let setting = Setting {
-        features: &start.features,
-        outside: &start.outside,
-        chains: &start.chains,
-        surfaces: &[&Plane],
-        slack: NEAREST,
-    };
+    let setting = start.setting(&[&Plane]);
     let run = |patch: &QuadPatch, setting: &Setting<'_>, monitor: &Monitor| {
         improve(patch.clone(), setting, &ImproveOptions::default(), monitor).unwrap_err()
     };
