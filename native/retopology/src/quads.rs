@@ -332,12 +332,6 @@ pub(crate) fn quads_after(
     let are_new = vec![true; base.triangles.len()];
     let all = Wanted { are_new: &are_new, rounds: options.rounds, error: FINISHED_ERROR * error, ..wanted };
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
-    let finish = |work: &mut Work<'_>| {
-        if refills {
-            work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, TIMES, monitor)?;
-        }
-        work.mend_all(&smooth, sound, refills, monitor)
-    };
     // Painted sizes and chosen templates are the base's.
     let traced = if refills && templates.is_empty() && options.density.is_empty() {
         let remaking = Remaking {
@@ -362,7 +356,10 @@ pub(crate) fn quads_after(
             (traced.work, traced.done, true)
         }
         traced => {
-            let done = finish(&mut work)?;
+            if refills {
+                work.relax(&vec![true; work.filled.positions.len()], &all, &smooth, TIMES, monitor)?;
+            }
+            let done = work.mend_all(&smooth, sound, refills, monitor)?;
             match traced {
                 Some(traced) if is_sound(&traced, done.1) && traced.work.is_better(&work, true, target) => {
                     (traced.work, traced.done, true)

@@ -234,12 +234,13 @@ impl<'a> Remaking<'_, 'a> {
             let traced = parts.traced(layout, sizes);
             let Some(plan) = parts.plan(&traced, monitor)? else { return Ok(None) };
             let Some(filled) = parts.lay(&traced, &plan, ROOM, monitor)? else { return Ok(None) };
-            if doubled(&filled).is_empty() && filled.topology() != work.filled.topology() {
+            let is_doubled = !doubled(&filled).is_empty();
+            if !is_doubled && filled.topology() != work.filled.topology() {
                 // Patches do not close the surface: a narrow one was lost along a feature.
                 return Ok(None);
             }
             let bad = parts.bad(&filled, lengths, stay);
-            if bad.is_empty() || attempt + 1 == TRIES && doubled(&filled).is_empty() {
+            if bad.is_empty() || attempt + 1 == TRIES && !is_doubled {
                 // What is lost at last may be reached when they are finished.
                 return Ok(Some((parts, traced, plan)));
             }
