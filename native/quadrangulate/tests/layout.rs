@@ -394,8 +394,52 @@ fn long_sides_are_divided_where_that_is_asked_for() {
 }
 
 #[test]
+fn sides_are_those_that_the_field_asks_for() {
+    // Borders of a square, curved inwards so that its corners are sharper by twice the angle whose tangent this is.
+    let square = |slope: f64| -> Vec<DVec2> {
+        let side = |k: usize| {
+            let turn = DVec2::from_angle(TAU * k as f64 / 4.0);
+            let along = (0..20).map(|i| f64::from(i) / 10.0 - 1.0);
+            along.map(move |x| turn.rotate(DVec2::new(4.0 * x, -4.0 + 2.0 * slope * (1.0 - x * x))))
+        };
+        (0..4).flat_map(side).collect()
+    };
+    // A saddle, where a trace round a corner is shorter than one across.
+    let saddle = plane_region(&[square(0.0)], |p| p.extend(0.2 * p.x * p.y));
+    // Corners of 28 degrees, nearer to none than to the quad they have.
+    let sharp = plane_region(&[square(0.6)], flat);
+    for (name, mesh) in [("saddle", saddle), ("sharp", sharp)] {
+        let options = LayoutOptions { longest: 2.0, ..LayoutOptions::default() };
+        let layout = trace_layout(&mesh, &[], &options, &Monitor::new()).expect("a layout");
+        check(&mesh, &layout);
+        draw(name, &layout);
+        let sides: Vec<usize> = layout.patches.iter().map(|patch| patch.sides.len()).collect();
+        assert!(sides.len() > 3 && sides.iter().all(|&n| n == 4), "{name}: {sides:?}");
+    }
+}
+
+#[test]
 fn a_part_without_a_layout_is_named_and_the_others_have_theirs() {
-    // Two edges that meet at sharp corners leave nothing to start a trace from; a square beside them, across a feature, is a patch.
+    // Seven corners leave nothing to start a trace from; a square beside them, across a feature, is a patch.
+    let corner = |k: u32| (2.0 * DVec2::from_angle(TAU * f64::from(k) / 7.0)).extend(0.0);
+    let mut positions: Vec<DVec3> = (0..7).map(corner).collect();
+    let out = (corner(0) + corner(1)).normalize();
+    positions.extend([corner(0) + out, corner(1) + out]);
+    let mut triangles: Vec<[u32; 3]> = (1..6).map(|k| [0, k, k + 1]).collect();
+    triangles.extend([[0, 7, 1], [7, 8, 1]]);
+    let mesh = TriangleMesh { positions, triangles };
+    let features = [[0, 1]];
+    assert_eq!(parts(&mesh, &features), [0, 0, 0, 0, 0, 1, 1]);
+    let options = LayoutOptions { partial: true, refinements: 0, ..LayoutOptions::default() };
+    let layout = trace_layout(&mesh, &features, &options, &Monitor::new()).expect("a layout");
+    let [undivided] = &layout.undivided[..] else { panic!("{:?}", layout.undivided) };
+    assert!(undivided.part == 0 && undivided.fault == Fault::Sides { count: 7 }, "{undivided:?}");
+    assert!(!layout.patches.is_empty() && layout.patches.iter().all(|patch| patch.part == 1));
+}
+
+#[test]
+fn a_part_with_two_corners_is_given_a_third_where_all_must_be_divided() {
+    // Two edges that meet at sharp corners leave nothing to start a trace from.
     let mesh = TriangleMesh {
         positions: [[0.0, 0.0], [2.0, 0.0], [1.0, 0.05], [2.0, 2.0], [0.0, 2.0]]
             .map(|[x, y]| DVec3::new(x, y, 0.0))
@@ -404,11 +448,14 @@ fn a_part_without_a_layout_is_named_and_the_others_have_theirs() {
     };
     let features = [[0, 2], [2, 1]];
     assert_eq!(parts(&mesh, &features), [0, 1, 1, 1]);
-    let options = LayoutOptions { partial: true, refinements: 0, ..LayoutOptions::default() };
-    let layout = trace_layout(&mesh, &features, &options, &Monitor::new()).expect("a layout");
-    let [undivided] = &layout.undivided[..] else { panic!("{:?}", layout.undivided) };
-    assert!(undivided.part == 0 && matches!(undivided.fault, Fault::Sides { .. }), "{undivided:?}");
-    assert!(!layout.patches.is_empty() && layout.patches.iter().all(|patch| patch.part == 1));
+    let divided = |partial: bool| {
+        let options = LayoutOptions { partial, refinements: 0, ..LayoutOptions::default() };
+        trace_layout(&mesh, &features, &options, &Monitor::new())
+    };
+    assert!(matches!(divided(false), Err(LayoutError::NoTrace { fault: Fault::Sides { count: 2 }, .. })));
+    let layout = divided(true).expect("a layout");
+    assert_eq!((&layout.undivided[..], &layout.flattened[..]), (&[][..], &[2][..]));
+    assert!(layout.patches.iter().any(|patch| patch.part == 0 && patch.corners.contains(&2)));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use testkit::plane_region::{circle, plane_region, subdivided};
 
 fn field_of(mesh: &TriangleMesh, features: &[[u32; 2]]) -> CrossField {
-    cross_field(mesh, &Topology::of_triangles(mesh), features).expect("a field")
+    cross_field(mesh, &Topology::of_triangles(mesh), features, &[]).expect("a field")
 }
 
 /// Least angle between a cross and a direction in its plane.
@@ -184,16 +184,16 @@ fn features_are_followed_on_both_sides() {
 fn bad_input_is_named() {
     let flat = |p: DVec2| p.extend(0.0);
     let mesh = plane_region(&[circle(DVec2::ZERO, 1.0, 12)], flat);
-    let error = cross_field(&mesh, &Topology::of_triangles(&mesh), &[[0, 6]]).unwrap_err();
+    let error = cross_field(&mesh, &Topology::of_triangles(&mesh), &[[0, 6]], &[]).unwrap_err();
     assert_eq!(error, CrossFieldError::NoSuchEdge { feature: 0 });
     let mut thin = mesh.clone();
     thin.triangles.push([0, 0, 1]);
-    let error = cross_field(&thin, &Topology::of_triangles(&thin), &[]).unwrap_err();
+    let error = cross_field(&thin, &Topology::of_triangles(&thin), &[], &[]).unwrap_err();
     assert_eq!(error, CrossFieldError::Degenerate { triangle: mesh.triangles.len() as u32 });
     let mut both = closed_surfaces()[0].clone();
     let offset = both.positions.len() as u32;
     both.positions.extend(&mesh.positions);
     both.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
-    let error = cross_field(&both, &Topology::of_triangles(&both), &[]).unwrap_err();
+    let error = cross_field(&both, &Topology::of_triangles(&both), &[], &[]).unwrap_err();
     assert_eq!(error, CrossFieldError::Unconstrained { triangle: 0 });
 }

@@ -3,7 +3,7 @@ use crate::cross_field::cross_field;
 use testkit::plane_region::{circle, plane_region, subdivided};
 
 fn corners_of(mesh: &TriangleMesh, topology: &Topology) -> Vec<Corner> {
-    let field = cross_field(mesh, topology, &[]).expect("a field");
+    let field = cross_field(mesh, topology, &[], &[]).expect("a field");
     Corner::of_mesh(mesh, &field.face_directions)
 }
 

@@ -5,7 +5,7 @@
 //! a trace ends where it reaches another, and may do so only within 45 degrees of the corner direction that the other
 //! offers there, which is the sheet test of M2. Orthogonal crossings arise where traces land from both sides on one vertex.
 //! The choice adds to the paper's "shortest first" what the cut would leave: it must bring the region closer to disks of 3 to 6
-//! sides, and among equals balanced parts of four sides win.
+//! sides, among equals those win whose sides are as many as the singularities inside ask for, then balanced parts of four sides.
 
 use super::region::{Region, Share};
 use super::{Fault, LayoutOptions};
@@ -18,10 +18,15 @@ use surface::tracing::{FieldGraph, Trace, TraceOptions, Visit};
 
 /// Starts tried at most in one region, evenly spread, when any flat vertex would do.
 const STARTS: usize = 48;
+/// But so many on each side.
+const STARTS_A_SIDE: usize = 6;
 /// Cuts evaluated in one region, cheapest traces first; more, up to the second number, while none of them helps.
 const CUTS: [usize; 2] = [24, 120];
 /// Cuts, and traces of which the cheapest are wanted, that are made at the same time.
 const TOGETHER: usize = 4;
+
+/// Ends of sides nearer than this to each other, in edge lengths, are better one.
+const MISS: f64 = 1.5;
 
 /// Length of the first cut where the field is regular, in edge lengths.
 const SLIT: f64 = 4.0;
@@ -60,6 +65,9 @@ pub(super) struct Shape {
     pub round: usize,
     /// How much longer sides are than the options want.
     pub long: usize,
+    /// How many sides more or fewer it has than the field inside asks for: where traces follow the field, the quarters that the border
+    /// turns by and the indices of the singularities inside add up to four for a disk (Poincaré and Hopf).
+    pub astray: usize,
 }
 
 impl Shape {
@@ -67,10 +75,14 @@ impl Shape {
         let mut seen = BTreeSet::new();
         let border: Vec<usize> = (0..region.quarters.len()).filter(|&v| region.quarters[v] > 0).collect();
         let [round, long] = round_sides(region, options.side_turn, options.longest);
+        let euler_characteristic = region.euler_characteristic();
+        let turns: i64 = border.iter().map(|&v| 2 - i64::from(region.quarters[v])).sum();
+        let index: i64 = region.index.iter().map(|&index| i64::from(index)).sum();
         Self {
             sides: border.iter().filter(|&&v| region.quarters[v] == 1).count(),
             concave: border.iter().filter(|&&v| region.quarters[v] > 2).count(),
-            euler_characteristic: region.euler_characteristic(),
+            euler_characteristic,
+            astray: (turns + index - 4 * euler_characteristic).unsigned_abs() as usize,
             touches_itself: !border.iter().all(|&v| seen.insert(region.vertex[v])),
             round,
             long,
@@ -163,7 +175,7 @@ pub(super) fn divide(
         return Ok(Step::Patch);
     }
     let graph = FieldGraph::new(&region.topology, &region.corners);
-    let crowded = crowded(region, canvas);
+    let distances = distances(region, canvas);
     // First only the cheapest traces of concave corners, then all, then wider cones that may also crowd other sides' ends.
     let tries = [(1.0, true, true), (1.0, true, false), (1.5, false, false), (2.0, false, false)];
     for (widening, strict, hasty) in tries {
@@ -173,7 +185,7 @@ pub(super) fn divide(
         let cone = (options.trace.cone * widening).min(FRAC_PI_2);
         let trace_options = TraceOptions { cone, ..options.trace };
         let search =
-            Search { region, graph: &graph, canvas, options: &trace_options, crowded: &crowded, strict, hasty };
+            Search { region, graph: &graph, canvas, options: &trace_options, distances: &distances, strict, hasty };
         let candidates = search.candidates(shape.concave > 0, monitor)?;
         let most = if strict { CUTS } else { [usize::MAX; 2] };
         if let Some(parts) = best_cut(region, shape, &candidates, most, canvas, options, monitor)? {
@@ -184,13 +196,25 @@ pub(super) fn divide(
             return Ok(Step::Patch);
         }
     }
-    if let Some(v) = (0..region.quarters.len()).find(|&v| region.quarters[v] > 2) {
+    let angles = region.angles();
+    let flat =
+        || (0..angles.len()).filter(|&v| region.quarters[v] == 2).min_by(|&a, &b| angles[a].total_cmp(&angles[b]));
+    let least = match fault {
+        Some(Fault::Concave) => (0..region.quarters.len()).find(|&v| region.quarters[v] > 2),
+        // A disk with two corners is given a third.
+        Some(Fault::Sides { count }) if count < 3 && options.partial => flat(),
+        _ => None,
+    };
+    if let Some(v) = least {
         let mut flatter = region.clone();
         flatter.quarters[v] -= 1;
         return Ok(Step::Flattened(Box::new(flatter), region.vertex[v]));
     }
     Ok(fault.map_or(Step::Patch, Step::Stuck))
 }
+
+/// Badness with the sides that the field does not ask for, those alone, and what is soft: the order of cuts.
+type Rank = (usize, usize, usize);
 
 /// The parts of the best cut, if one helps.
 fn best_cut(
@@ -203,12 +227,12 @@ fn best_cut(
     monitor: &Monitor,
 ) -> Result<Option<Vec<Region>>, Cancelled> {
     let first = canvas.positions.len();
-    let mut best: Option<((usize, usize), f64, &Candidate, Cut)> = None;
-    let is_over = |tried: usize, candidate: &Candidate, best: &Option<((usize, usize), f64, &Candidate, Cut)>| {
+    let mut best: Option<(Rank, f64, &Candidate, Cut)> = None;
+    let is_over = |tried: usize, candidate: &Candidate, best: &Option<(Rank, f64, &Candidate, Cut)>| {
         // No later candidate can cost less than this one does before its penalties and its reward for balance.
         let least = if shape.concave > 0 { candidate.trace.cost } else { candidate.trace.cost / 0.6 };
         tried >= most[usize::from(best.is_none())]
-            || best.as_ref().is_some_and(|(rank, cost, ..)| *rank == (0, 0) && *cost <= least)
+            || best.as_ref().is_some_and(|(rank, cost, ..)| *rank == (0, 0, 0) && *cost <= least)
     };
     // For a concave corner the first cut often will do; else most are compared.
     let together = if shape.concave > 0 { 1 } else { TOGETHER };
@@ -236,14 +260,17 @@ fn best_cut(
                     canvas.failed.insert(failed);
                     continue;
                 }
-                let worse = cut.badness.saturating_sub(shape.badness());
-                ((0, 0), candidate.trace.cost * (1.0 + 0.5 * worse as f64))
+                let astray = cut.astray.saturating_sub(shape.astray);
+                let worse = cut.badness.saturating_sub(shape.badness()) + astray;
+                ((0, 0, 0), candidate.trace.cost * (1.0 + 0.5 * worse as f64))
             } else {
-                if (cut.badness, cut.soft) >= (shape.badness(), shape.soft()) {
+                let is_no_gain = (cut.badness, cut.soft) >= (shape.badness(), shape.soft());
+                // A corner that the field does not have is an irregular vertex: no way to shorten a side.
+                if is_no_gain || cut.badness == shape.badness() && cut.astray > shape.astray {
                     continue;
                 }
                 let cost = candidate.trace.cost * (1.0 + 0.1 * cut.irregular as f64) / (0.1 + cut.balance);
-                ((cut.badness, cut.soft), cost)
+                ((cut.badness + cut.astray, cut.astray, cut.soft), cost)
             };
             if best.as_ref().is_none_or(|(found, least, ..)| (rank, cost) < (*found, *least)) {
                 best = Some((rank, cost, candidate, cut));
@@ -270,6 +297,7 @@ struct Cut {
     /// Sides more or fewer than four.
     irregular: usize,
     soft: usize,
+    astray: usize,
     /// Share of the smaller part in the area.
     balance: f64,
 }
@@ -287,6 +315,7 @@ impl Cut {
             concave: sum(|shape| shape.concave),
             irregular: sum(|shape| shape.sides.abs_diff(4)),
             soft: sum(Shape::soft),
+            astray: sum(|shape| shape.astray),
             balance,
             parts,
             added,
@@ -299,7 +328,8 @@ struct Search<'a> {
     graph: &'a FieldGraph<'a>,
     canvas: &'a Canvas,
     options: &'a TraceOptions,
-    crowded: &'a [bool],
+    /// See [`distances`].
+    distances: &'a [f64],
     strict: bool,
     hasty: bool,
 }
@@ -310,13 +340,24 @@ impl Search<'_> {
         let quarters = &self.region.quarters;
         let eligible = |v: u32| {
             let q = quarters[v as usize];
-            if concave { q > 2 } else { q == 2 && !(self.strict && self.crowded[v as usize]) }
+            if concave { q > 2 } else { q == 2 && !(self.strict && self.is_crowded(v)) }
         };
-        let mut starts: Vec<u32> = self.region.loops().concat().into_iter().filter(|&v| eligible(v)).collect();
-        if !concave {
-            let stride = starts.len().div_ceil(STARTS).max(1);
-            starts = starts.into_iter().step_by(stride).collect();
-        }
+        let starts: Vec<u32> = if concave {
+            self.region.loops().concat().into_iter().filter(|&v| eligible(v)).collect()
+        } else {
+            let mut sides = self.region.sides();
+            for side in &mut sides {
+                side.retain(|&v| eligible(v));
+            }
+            let all: usize = sides.iter().map(Vec::len).sum();
+            let some = |side: Vec<u32>| {
+                let share = (STARTS * side.len()).div_ceil(all.max(1)).max(STARTS_A_SIDE);
+                let stride = side.len().div_ceil(share).max(1);
+                let goes_on = |v: u32| self.distances[v as usize] == 0.0;
+                side.into_iter().enumerate().filter(move |&(k, v)| k % stride == 0 || goes_on(v)).map(|(_, v)| v)
+            };
+            sides.into_iter().flat_map(some).collect()
+        };
         let failed = |&(start, j): &(u32, u8)| {
             self.strict && concave && self.canvas.failed.contains(&(self.region.vertex[start as usize], j))
         };
@@ -329,7 +370,8 @@ impl Search<'_> {
                 monitor.check()?;
                 let q = quarters[start as usize];
                 let direction = self.graph.angle(start) * f64::from(j) / f64::from(q);
-                let found = self.graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back));
+                let found =
+                    self.graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back, start));
                 Ok(found.map(|trace| {
                     let end = trace.end();
                     let (i, _) = self.quarter_of(end, trace.arrival);
@@ -361,45 +403,62 @@ impl Search<'_> {
         (nearest, (exact - f64::from(nearest)).abs())
     }
 
-    fn visit(&self, v: u32, back: f64) -> Visit {
+    fn visit(&self, v: u32, back: f64, start: u32) -> Visit {
         match self.region.quarters[v as usize] {
             0 => return Visit::Pass,
             1 => return Visit::Block,
             _ => {}
         }
         let (_, off) = self.quarter_of(v, back);
-        if off > self.options.cone / FRAC_PI_2 || self.strict && self.crowded[v as usize] {
+        if off > self.options.cone / FRAC_PI_2 || self.strict && self.is_crowded(v) {
             return Visit::Block;
         }
-        let off = off * PI;
-        Visit::Land(self.canvas.edge_length * off * off)
+        // Traces that miss the end of another one, or their own start across a cut, leave a sliver that takes a row of quads.
+        let at = |v: u32| self.region.mesh.positions[v as usize];
+        let from_start = at(v).distance(at(start)) / self.canvas.edge_length;
+        let miss = if from_start == 0.0 { 0.0 } else { self.distances[v as usize].min(from_start) };
+        let sliver = if miss > 0.0 { (1.0 - miss / MISS).max(0.0) } else { 0.0 };
+        Visit::Land(self.canvas.edge_length * ((off * PI).powi(2) + sliver))
+    }
+
+    /// Whether a flat vertex is so near to the end of another side that a row of quads would be squeezed into the gap.
+    fn is_crowded(&self, v: u32) -> bool {
+        let d = self.distances[v as usize];
+        0.0 < d && d < 0.6
     }
 }
 
-/// Flat vertices on traces that lie closer than 0.6 edge lengths to the end of another side: landing there would squeeze a whole
-/// row of quads into the gap.
-fn crowded(region: &Region, canvas: &Canvas) -> Vec<bool> {
-    let mut crowded = vec![false; region.quarters.len()];
+/// Distance along the border from each vertex on a trace to the nearest end of another side, in edge lengths, where it is at most about
+/// [`MISS`]; infinite elsewhere.
+fn distances(region: &Region, canvas: &Canvas) -> Vec<f64> {
+    let mut distances = vec![f64::INFINITY; region.quarters.len()];
     let ends_side = |v: u32| region.quarters[v as usize] != 2 || canvas.node[region.vertex[v as usize] as usize];
+    let at = |v: u32| region.mesh.positions[v as usize];
     for border in region.loops() {
         let n = border.len();
         for (k, &v) in border.iter().enumerate() {
-            if canvas.fixed[region.vertex[v as usize] as usize] || ends_side(v) {
+            if canvas.fixed[region.vertex[v as usize] as usize] {
+                continue;
+            }
+            if ends_side(v) {
+                distances[v as usize] = 0.0;
                 continue;
             }
             for step in [1, n - 1] {
-                let (mut at, mut walked) = (k, 0.0);
-                while walked < 0.6 * canvas.edge_length && !crowded[v as usize] {
-                    let next = (at + step) % n;
-                    walked += region.mesh.positions[border[at] as usize]
-                        .distance(region.mesh.positions[border[next] as usize]);
-                    crowded[v as usize] = walked < 0.6 * canvas.edge_length && ends_side(border[next]);
-                    at = next;
+                let (mut k, mut walked) = (k, 0.0);
+                while walked < MISS {
+                    let next = (k + step) % n;
+                    walked += at(border[k]).distance(at(border[next])) / canvas.edge_length;
+                    if ends_side(border[next]) {
+                        distances[v as usize] = distances[v as usize].min(walked);
+                        break;
+                    }
+                    k = next;
                 }
             }
         }
     }
-    crowded
+    distances
 }
 
 /// Cuts a closed region open along the cheapest trace between two singular vertices or, where there are none, along a short one.

@@ -1,13 +1,14 @@
 //! Divides a triangulated region into disks of three to six sides: `QuadMixer` (Nuvoli et al. 2019), section 3.2.1.
 //!
-//! [`trace_layout`] computes a border-aligned cross field, classifies the border's corners, and cuts along field-aligned
+//! [`trace_layout`] classifies the border's corners, computes a cross field that follows the border and turns with them, and cuts along field-aligned
 //! traces until every part is a patch that patterns can fill. Traces start and end at border vertices or on other traces
 //! (T-junctions); where a T-junction divides a patch's side, the side consists of several sub-sides, the unknowns of the
 //! quantisation of section 3.3.
 //!
 //! Deviations: traces are cut one at a time (see `divide`), so tangential crossings cannot arise; a corner's class is its number of quads
 //! (see `region`), so figure 8's rules are one rule; annuli get at least two traces, because a patch must not meet itself;
-//! interior feature chains are cut first and become sides; the bends of a coarse round curve are not taken for corners.
+//! interior feature chains are cut first and become sides; the bends of a coarse round curve are not taken for corners; the field turns at
+//! corners as their quarters ask for, see [`field`], and cuts leave the sides that it asks for, where they can, see `divide`.
 
 mod assemble;
 mod divide;
@@ -17,13 +18,14 @@ mod region;
 pub use region::CornerAngles;
 
 use divide::{Canvas, Step, divide, open_closed};
-use mesh::{Cancelled, Monitor, NONE, Topology, TriangleMesh};
+use glam::DVec3;
+use mesh::{Cancelled, Monitor, Topology, TriangleMesh};
 use ordered_float::OrderedFloat;
 use region::Region;
 use solve::components::connected_components;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, PI};
-use surface::cross_field::{CrossFieldError, cross_field};
+use surface::cross_field::{CrossFieldError, cross_field, singularities};
 use surface::tracing::{Corner, TraceOptions};
 
 /// Singularities that cancel are left out where they are closer than this, in edge lengths.
@@ -218,36 +220,83 @@ pub fn trace_layout(
     for _ in 0..options.refinements {
         (fine, chains) = refine::refine(&fine, &Topology::of_triangles(&fine), &chains);
     }
-    let topology = Topology::of_triangles(&fine);
-    let field = cross_field(&fine, &topology, &chains)?;
-    let mut canvas = Canvas {
-        fixed: (0..fine.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect(),
-        node: vec![false; fine.positions.len()],
-        positions: fine.positions.clone(),
-        edge_length: mean_edge(&fine, &topology, &chains),
-        failed: BTreeSet::new(),
-    };
+    let field = field(&fine, &chains, &options.corners)?;
+    trace_along(&fine, &chains, &field, options, monitor)
+}
+
+/// The parts of a surface between features, with the quarters of their corners. `index` is that of the cross at each vertex.
+fn regions(
+    mesh: &TriangleMesh,
+    features: &[[u32; 2]],
+    field: &[DVec3],
+    index: Vec<i8>,
+    corners: &CornerAngles,
+) -> Vec<Region> {
+    let topology = Topology::of_triangles(mesh);
+    let fixed: Vec<bool> = (0..mesh.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect();
     let feature_edges: Vec<u32> =
-        chains.iter().filter_map(|&[a, b]| topology.find(a, b)).filter(|&h| !topology.is_border(h)).collect();
-    let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-    let mut kinds: BTreeMap<_, _> = chains.iter().map(|&edge| (sorted(edge), SubSideKind::Feature)).collect();
-    let border = (0..topology.len() as u32).filter(|&h| topology.is_border(h));
-    kinds.extend(border.map(|h| (sorted([topology.from(h), topology.to(h)]), SubSideKind::Border)));
+        features.iter().filter_map(|&[a, b]| topology.find(a, b)).filter(|&h| !topology.is_border(h)).collect();
     let whole = Region {
-        vertex: (0..fine.positions.len() as u32).collect(),
-        quarters: vec![0; fine.positions.len()],
-        index: indices(&fine, &field.singularities, NEAR * canvas.edge_length),
-        corners: Corner::of_mesh(&fine, &field.face_directions),
-        field: field.face_directions,
-        mesh: fine,
+        vertex: (0..mesh.positions.len() as u32).collect(),
+        quarters: vec![0; mesh.positions.len()],
+        index,
+        corners: Corner::of_mesh(mesh, field),
+        field: field.to_vec(),
+        mesh: mesh.clone(),
         topology,
     };
     let mut regions = whole.open(&feature_edges, |_, _| 2);
-    let is_closed = |region: &Region| !region.topology.twin.contains(&NONE);
-    for region in regions.iter_mut().filter(|region| !is_closed(region)) {
-        classify(region, &options.corners);
+    for region in regions.iter_mut().filter(|region| !region.is_closed()) {
+        classify(region, corners);
     }
-    even_out(&mut regions, &canvas.fixed, options.corners.slack);
+    even_out(&mut regions, &fixed, corners.slack);
+    regions
+}
+
+/// A direction of the cross of each triangle: a smooth cross field that follows the border and the features, and turns at their corners
+/// as many quarters as quads are to meet there. The cost is that of [`cross_field`].
+///
+/// # Errors
+/// [`LayoutError::Field`].
+pub fn field(mesh: &TriangleMesh, features: &[[u32; 2]], corners: &CornerAngles) -> Result<Vec<DVec3>, LayoutError> {
+    let topology = Topology::of_triangles(mesh);
+    let blank = vec![DVec3::ZERO; mesh.triangles.len()];
+    let regions = regions(mesh, features, &blank, vec![0; mesh.positions.len()], corners);
+    // The triangles of each.
+    let mut members = vec![vec![]; regions.len()];
+    for (t, part) in (0..).zip(parts(mesh, features)) {
+        members[part as usize].push(t);
+    }
+    let given: Vec<(u32, DVec3)> = regions.iter().zip(&members).flat_map(|(region, own)| turned(region, own)).collect();
+    Ok(cross_field(mesh, &topology, features, &given)?.face_directions)
+}
+
+/// [`trace_layout`] along a given field, one direction of the cross of each triangle, without refinement.
+///
+/// # Errors
+/// As there.
+pub fn trace_along(
+    mesh: &TriangleMesh,
+    features: &[[u32; 2]],
+    field: &[DVec3],
+    options: &LayoutOptions,
+    monitor: &Monitor,
+) -> Result<PatchLayout, LayoutError> {
+    check(mesh)?;
+    let topology = Topology::of_triangles(mesh);
+    let mut canvas = Canvas {
+        fixed: (0..mesh.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect(),
+        node: vec![false; mesh.positions.len()],
+        positions: mesh.positions.clone(),
+        edge_length: mean_edge(mesh, &topology, features),
+        failed: BTreeSet::new(),
+    };
+    let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let mut kinds: BTreeMap<_, _> = features.iter().map(|&edge| (sorted(edge), SubSideKind::Feature)).collect();
+    let border = (0..topology.len() as u32).filter(|&h| topology.is_border(h));
+    kinds.extend(border.map(|h| (sorted([topology.from(h), topology.to(h)]), SubSideKind::Border)));
+    let index = indices(mesh, &singularities(mesh, &topology, field)?, NEAR * canvas.edge_length);
+    let regions = regions(mesh, features, field, index, &options.corners);
     for region in &regions {
         for (&v, &quarters) in region.vertex.iter().zip(&region.quarters) {
             canvas.node[v as usize] |= quarters != 0 && quarters != 2;
@@ -256,7 +305,7 @@ pub fn trace_layout(
     let mut pending = Vec::new();
     let mut undivided = Vec::new();
     for (part, region) in (0..).zip(regions) {
-        if !is_closed(&region) {
+        if !region.is_closed() {
             pending.push((part, region));
             continue;
         }
@@ -313,6 +362,31 @@ pub fn parts(mesh: &TriangleMesh, features: &[[u32; 2]]) -> Vec<u32> {
         }
     }
     part
+}
+
+/// Crosses of the triangles around corners whose quarters are not those nearest to their angle: they turn evenly from one edge to the other.
+/// Left to itself the field would turn the other way, and have a singularity beside each.
+fn turned(region: &Region, members: &[u32]) -> Vec<(u32, DVec3)> {
+    let angles = region.angles();
+    let mut given = vec![];
+    for v in (0..region.quarters.len()).filter(|v| region.quarters[*v] > 0) {
+        let wanted = f64::from(region.quarters[v]) * FRAC_PI_2;
+        if (angles[v] - wanted).abs() < PI / 4.0 {
+            continue;
+        }
+        let mut passed = 0.0;
+        for h in region.topology.around(v as u32) {
+            let angle = region.corners[h as usize].angle;
+            let turn = angle / 2.0 - wanted * (passed + angle / 2.0) / angles[v];
+            passed += angle;
+            let t = h as usize / 3;
+            let at = |v: u32| region.mesh.positions[v as usize];
+            let along = (at(region.topology.to(h)) - at(v as u32)).normalize();
+            let across = region.mesh.area_normal(t).normalize().cross(along);
+            given.push((members[t], turn.cos() * along + turn.sin() * across));
+        }
+    }
+    given
 }
 
 /// Every vertex must have one fan of triangles.

@@ -79,6 +79,27 @@ impl Region {
         self.topology.border_loops().iter().map(|l| l.iter().map(|&h| self.topology.from(h)).collect()).collect()
     }
 
+    /// Vertices of each side, from its first corner; the whole border where it has no corner.
+    pub fn sides(&self) -> Vec<Vec<u32>> {
+        let mut sides = vec![];
+        for mut border in self.loops() {
+            let first = border.iter().position(|&v| self.quarters[v as usize] == 1).unwrap_or(0);
+            border.rotate_left(first);
+            let is_corner = |v: &u32| self.quarters[*v as usize] == 1;
+            let mut from = 0;
+            for k in (1..border.len()).filter(|k| is_corner(&border[*k])).chain([border.len()]) {
+                sides.push(border[from..k].to_vec());
+                from = k;
+            }
+        }
+        sides
+    }
+
+    /// Whether it has no border.
+    pub fn is_closed(&self) -> bool {
+        !self.topology.twin.contains(&NONE)
+    }
+
     /// Euler characteristic: 1 for a disk, 0 for an annulus.
     pub fn euler_characteristic(&self) -> i64 {
         self.mesh.positions.len() as i64 - self.topology.edges().count() as i64 + self.mesh.triangles.len() as i64
