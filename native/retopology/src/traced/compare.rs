@@ -11,10 +11,12 @@ use surface::smooth_star::Polyline;
 
 /// Traced quads are looked at further when they have this many times the irregular vertices at most.
 const FEWER: f64 = 0.9;
-/// What traced quads must be, or what the others are: the least scaled Jacobian, that of all but one quad in a hundred, the mean
+/// What traced quads must be, or what the others are: the scaled Jacobian of nearly all, that of all but one quad in a hundred, the mean
 /// deviation of angles, degrees, the share of the features within [`NEAR`] edge lengths; and the number of quads, as a fraction off
 /// the wanted one.
 const LEAST: f64 = 0.05;
+/// Share of the quads that may be below the first beside as many as the others have.
+const MOST_WEAK: f64 = 0.001;
 const LEAST_JACOBIAN: f64 = 0.3;
 const MOST_ANGLE: f64 = 10.0;
 const LEAST_FOLLOWED: f64 = 0.99;
@@ -25,18 +27,22 @@ const MORE: f64 = 1.1;
 /// Traced quads are not finished where their number is off by more than this.
 pub(super) const MOST_OFF: f64 = 2.0 * MOST_DRIFT;
 /// Traced quads are finished where all but one in a hundred have this share of the scaled Jacobian that the others have now.
-const PROMISING: f64 = 0.7;
+const PROMISING: f64 = 0.25;
 /// Shapes that differ by less are the same: the worst quad of a narrow corner is often where it was.
 const SAME: f64 = 1e-6;
 
 impl Work<'_> {
     /// Whether these quads, traced and refilled, may be better than the others when they are finished: well before that it shows where
-    /// counts or features came out badly.
+    /// counts came out badly.
     pub fn promises(&self, others: &Self, target: Option<f64>) -> bool {
         self.irregular() as f64 <= FEWER * others.irregular() as f64
             && self.off(others, target) <= MOST_OFF
-            && self.shapes().1 >= (LEAST_JACOBIAN - 0.05).min(PROMISING * others.shapes().1)
-            && self.followed() >= others.followed().min(LEAST_FOLLOWED) - 0.005
+            && self.shapes().0 >= (LEAST_JACOBIAN - 0.05).min(PROMISING * others.shapes().0)
+    }
+
+    /// Whether these quads, traced and refilled, may follow the features when they are finished.
+    pub fn may_follow(&self, others: &Self) -> bool {
+        self.followed() >= others.followed().min(LEAST_FOLLOWED) - 0.005
     }
 
     /// Whether these quads, traced and finished, are sound, follow the features, and have fewer irregular vertices than the others and
@@ -46,13 +52,13 @@ impl Work<'_> {
             return false;
         }
         let theirs = others.shapes();
-        let least = LEAST.min(theirs.0 - SAME);
+        let weak = others.weak() + (MOST_WEAK * self.filled.quads.len() as f64) as usize;
         let (mut jacobian, mut angle) = (LEAST_JACOBIAN, MOST_ANGLE);
         if are_finished {
-            (jacobian, angle) = (jacobian.min(theirs.1 - SAME), angle.max(MORE * theirs.2));
+            (jacobian, angle) = (jacobian.min(theirs.0 - SAME), angle.max(MORE * theirs.1));
         }
         let shapes = self.shapes();
-        shapes.0 >= least && shapes.1 >= jacobian && shapes.2 <= angle && self.follows(others)
+        self.weak() <= weak && shapes.0 >= jacobian && shapes.1 <= angle && self.follows(others)
     }
 
     /// Whether these quads follow the features as well as the others, or well enough.
@@ -83,13 +89,19 @@ impl Work<'_> {
         (self.filled.quads.len() as f64 / target.unwrap_or(others.filled.quads.len() as f64) - 1.0).abs()
     }
 
-    /// The least scaled Jacobian, that of all but one quad in a hundred, and the mean deviation of angles, degrees.
-    fn shapes(&self) -> (f64, f64, f64) {
+    /// The scaled Jacobian of all but one quad in a hundred, and the mean deviation of angles, degrees.
+    fn shapes(&self) -> (f64, f64) {
         let corners = |quad: &[u32; 4]| quad.map(|v| self.filled.positions[v as usize]);
         let shape = |quad| (scaled_jacobian(corners(quad)), angle_deviation(corners(quad)));
         let (mut jacobians, angles): (Vec<f64>, Vec<f64>) = self.filled.quads.iter().map(shape).unzip();
         jacobians.sort_by(f64::total_cmp);
-        (jacobians[0], jacobians[jacobians.len() / 100], angles.iter().sum::<f64>() / angles.len() as f64)
+        (jacobians[jacobians.len() / 100], angles.iter().sum::<f64>() / angles.len() as f64)
+    }
+
+    /// Number of quads with a scaled Jacobian below [`LEAST`].
+    fn weak(&self) -> usize {
+        let corners = |quad: &[u32; 4]| quad.map(|v| self.filled.positions[v as usize]);
+        self.filled.quads.iter().filter(|quad| scaled_jacobian(corners(quad)) < LEAST).count()
     }
 
     /// Inner vertices of other valence than 4.

@@ -16,7 +16,7 @@ use crate::fill::{Filled, Place, doubled};
 use crate::work::{TIMES, Wanted, Work};
 use mesh::{DVec3, Monitor, NONE, Topology, TriangleMesh, sorted, split_quad};
 use plan::{Plan, Traced};
-use quadrangulate::layout::{self, CornerAngles, LayoutOptions, Undivided, parts, trace_layout};
+use quadrangulate::layout::{self, CornerAngles, LayoutOptions, Undivided, parts, trace_along, trace_layout};
 use rayon::prelude::*;
 use stay::Stay;
 use std::collections::{BTreeMap, BTreeSet};
@@ -84,6 +84,8 @@ pub(crate) struct Remade<'a> {
     pub done: (usize, usize),
     /// Points where the quads are further from the surface than they may.
     pub lost: usize,
+    /// Whether they follow the features.
+    pub follows: bool,
 }
 
 impl<'a> Remaking<'_, 'a> {
@@ -103,7 +105,11 @@ impl<'a> Remaking<'_, 'a> {
         }
         let whole = work.triangles();
         let under = ClosestPoint::new(&whole);
-        let old = Old { lengths: work.lengths(wanted), whole, under };
+        let Ok(field) = layout::field(&whole, &work.features(), &CORNERS) else {
+            // It needs triangles that have an area, and something to follow in every component or in none.
+            return Ok(None);
+        };
+        let old = Old { lengths: work.lengths(wanted), whole, under, field };
         let mut stay = Stay::new(work.filled.positions.len(), &work.filled.quads);
         let surface = ClosestPoint::new(&work.base().surface);
         let most = MOST_APART * work.base().surface.to_polygons().diagonal();
@@ -134,6 +140,13 @@ impl<'a> Remaking<'_, 'a> {
             if !remade.promises(work, self.target) {
                 break;
             }
+            if !remade.may_follow(work) {
+                if room.is_infinite() {
+                    break;
+                }
+                (division, room) = (Some((parts, traced, plan)), f64::INFINITY);
+                continue;
+            }
             let before = remade.filled.positions.clone();
             remade.relax(&vec![true; before.len()], wanted, self.smooth, TIMES, monitor)?;
             for bends in [false, true] {
@@ -146,8 +159,9 @@ impl<'a> Remaking<'_, 'a> {
             let follows = remade.follows(work);
             let mut bad = remade.inverted();
             bad.extend(&lost);
-            if best.as_ref().is_none_or(|best| (done.1, lost.len()) <= (best.done.1, best.lost)) {
-                best = Some(Remade { work: remade, done, lost: lost.len() });
+            let rank = (!follows, done.1, lost.len());
+            if best.as_ref().is_none_or(|best| rank <= (!best.follows, best.done.1, best.lost)) {
+                best = Some(Remade { work: remade, done, lost: lost.len(), follows });
             }
             if bad.is_empty() {
                 if follows || room.is_infinite() {
@@ -178,7 +192,7 @@ impl<'a> Remaking<'_, 'a> {
         monitor: &Monitor,
     ) -> Result<Option<(Parts<'_, 'a>, Traced, Plan)>, LayoutError> {
         let Self { work, wanted, plain, shortest, target, .. } = *self;
-        let Old { whole, under, lengths } = old;
+        let Old { whole, under, lengths, field } = old;
         let options = LayoutOptions {
             corners: CORNERS,
             refinements: 0,
@@ -194,6 +208,7 @@ impl<'a> Remaking<'_, 'a> {
             })
         };
         let all = work.filled.quads.len();
+        let mut bends = false;
         for attempt in 0..TRIES {
             if stay.count() > all / 2 {
                 return Ok(None);
@@ -205,10 +220,16 @@ impl<'a> Remaking<'_, 'a> {
             let own: BTreeSet<[u32; 2]> = mesh.triangles.iter().flat_map(|t| (0..3).map(|k| edge(t, k))).collect();
             let mut features = work.features();
             features.retain(|&[a, b]| own.contains(&sorted(a, b)));
-            let layout = match trace_layout(&mesh, &features, &options, monitor) {
+            // What stays does not bend the field where that works, so that the rest is divided as before.
+            let traced = if bends {
+                trace_layout(&mesh, &features, &options, monitor)
+            } else {
+                let crosses: Vec<DVec3> = moves.iter().flat_map(|&q| [field[2 * q], field[2 * q + 1]]).collect();
+                trace_along(&mesh, &features, &crosses, &options, monitor)
+            };
+            let layout = match traced {
                 Ok(layout) => layout,
                 Err(layout::LayoutError::Cancelled(cancelled)) => return Err(cancelled.into()),
-                // The field needs triangles that have an area, and something to follow in every component or in none.
                 Err(_) => return Ok(None),
             };
             let parts: Vec<u32> = parts(&mesh, &features).into_iter().step_by(2).collect();
@@ -232,8 +253,17 @@ impl<'a> Remaking<'_, 'a> {
             let target = target.unwrap_or(all as f64) - stay.count() as f64;
             let parts = Parts { work, wanted, plain, shortest, target, part_of };
             let traced = parts.traced(layout, sizes);
-            let Some(plan) = parts.plan(&traced, monitor)? else { return Ok(None) };
-            let Some(filled) = parts.lay(&traced, &plan, ROOM, monitor)? else { return Ok(None) };
+            let mut laid = None;
+            if let Some(plan) = parts.plan(&traced, monitor)? {
+                laid = parts.lay(&traced, &plan, ROOM, monitor)?.map(|filled| (plan, filled));
+            }
+            let Some((plan, filled)) = laid else {
+                if bends || stay.count() == 0 {
+                    return Ok(None);
+                }
+                bends = true;
+                continue;
+            };
             let is_doubled = !doubled(&filled).is_empty();
             if !is_doubled && filled.topology() != work.filled.topology() {
                 // Patches do not close the surface: a narrow one was lost along a feature.
@@ -257,6 +287,8 @@ struct Old {
     under: ClosestPoint,
     /// Edge length wanted at each vertex.
     lengths: Vec<f64>,
+    /// A direction of the cross of each triangle.
+    field: Vec<DVec3>,
 }
 
 impl Filled {
