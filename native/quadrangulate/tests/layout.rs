@@ -409,7 +409,7 @@ fn sides_are_those_that_the_field_asks_for() {
     // Corners of 28 degrees, nearer to none than to the quad they have.
     let sharp = plane_region(&[square(0.6)], flat);
     for (name, mesh) in [("saddle", saddle), ("sharp", sharp)] {
-        let options = LayoutOptions { longest: 2.0, ..LayoutOptions::default() };
+        let options = LayoutOptions { longest: 2.0, regular: true, ..LayoutOptions::default() };
         let layout = trace_layout(&mesh, &[], &options, &Monitor::new()).expect("a layout");
         check(&mesh, &layout);
         draw(name, &layout);

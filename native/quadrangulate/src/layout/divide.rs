@@ -66,7 +66,7 @@ pub(super) struct Shape {
     /// How much longer sides are than the options want.
     pub long: usize,
     /// How many sides more or fewer it has than the field inside asks for: where traces follow the field, the quarters that the border
-    /// turns by and the indices of the singularities inside add up to four for a disk (Poincaré and Hopf).
+    /// turns by and the indices of the singularities inside add up to four for a disk (Poincaré and Hopf). None unless that is asked for.
     pub astray: usize,
 }
 
@@ -82,7 +82,11 @@ impl Shape {
             sides: border.iter().filter(|&&v| region.quarters[v] == 1).count(),
             concave: border.iter().filter(|&&v| region.quarters[v] > 2).count(),
             euler_characteristic,
-            astray: (turns + index - 4 * euler_characteristic).unsigned_abs() as usize,
+            astray: if options.regular {
+                (turns + index - 4 * euler_characteristic).unsigned_abs() as usize
+            } else {
+                0
+            },
             touches_itself: !border.iter().all(|&v| seen.insert(region.vertex[v])),
             round,
             long,
@@ -176,6 +180,7 @@ pub(super) fn divide(
     }
     let graph = FieldGraph::new(&region.topology, &region.corners);
     let distances = distances(region, canvas);
+    let regular = options.regular;
     // First only the cheapest traces of concave corners, then all, then wider cones that may also crowd other sides' ends.
     let tries = [(1.0, true, true), (1.0, true, false), (1.5, false, false), (2.0, false, false)];
     for (widening, strict, hasty) in tries {
@@ -184,8 +189,16 @@ pub(super) fn divide(
         }
         let cone = (options.trace.cone * widening).min(FRAC_PI_2);
         let trace_options = TraceOptions { cone, ..options.trace };
-        let search =
-            Search { region, graph: &graph, canvas, options: &trace_options, distances: &distances, strict, hasty };
+        let search = Search {
+            region,
+            graph: &graph,
+            canvas,
+            options: &trace_options,
+            distances: &distances,
+            regular,
+            strict,
+            hasty,
+        };
         let candidates = search.candidates(shape.concave > 0, monitor)?;
         let most = if strict { CUTS } else { [usize::MAX; 2] };
         if let Some(parts) = best_cut(region, shape, &candidates, most, canvas, options, monitor)? {
@@ -330,6 +343,8 @@ struct Search<'a> {
     options: &'a TraceOptions,
     /// See [`distances`].
     distances: &'a [f64],
+    /// See [`LayoutOptions::regular`].
+    regular: bool,
     strict: bool,
     hasty: bool,
 }
@@ -345,7 +360,7 @@ impl Search<'_> {
         let starts: Vec<u32> = if concave {
             self.region.loops().concat().into_iter().filter(|&v| eligible(v)).collect()
         } else {
-            let mut sides = self.region.sides();
+            let mut sides = if self.regular { self.region.sides() } else { vec![self.region.loops().concat()] };
             for side in &mut sides {
                 side.retain(|&v| eligible(v));
             }
@@ -353,7 +368,7 @@ impl Search<'_> {
             let some = |side: Vec<u32>| {
                 let share = (STARTS * side.len()).div_ceil(all.max(1)).max(STARTS_A_SIDE);
                 let stride = side.len().div_ceil(share).max(1);
-                let goes_on = |v: u32| self.distances[v as usize] == 0.0;
+                let goes_on = |v: u32| self.regular && self.distances[v as usize] == 0.0;
                 side.into_iter().enumerate().filter(move |&(k, v)| k % stride == 0 || goes_on(v)).map(|(_, v)| v)
             };
             sides.into_iter().flat_map(some).collect()
@@ -417,7 +432,7 @@ impl Search<'_> {
         let at = |v: u32| self.region.mesh.positions[v as usize];
         let from_start = at(v).distance(at(start)) / self.canvas.edge_length;
         let miss = if from_start == 0.0 { 0.0 } else { self.distances[v as usize].min(from_start) };
-        let sliver = if miss > 0.0 { (1.0 - miss / MISS).max(0.0) } else { 0.0 };
+        let sliver = if self.regular && miss > 0.0 { (1.0 - miss / MISS).max(0.0) } else { 0.0 };
         Visit::Land(self.canvas.edge_length * ((off * PI).powi(2) + sliver))
     }
 

@@ -197,6 +197,7 @@ impl<'a> Remaking<'_, 'a> {
             corners: CORNERS,
             refinements: 0,
             longest: LONGEST * wanted.edge_length,
+            regular: true,
             partial: true,
             ..LayoutOptions::default()
         };
