@@ -193,7 +193,7 @@ impl<'a> Remaking<'_, 'a> {
     ) -> Result<Option<(Parts<'_, 'a>, Traced, Plan)>, LayoutError> {
         let Self { work, wanted, plain, shortest, target, .. } = *self;
         let Old { whole, under, lengths, field } = old;
-        let options = LayoutOptions {
+        let mut options = LayoutOptions {
             corners: CORNERS,
             refinements: 0,
             longest: LONGEST * wanted.edge_length,
@@ -210,7 +210,9 @@ impl<'a> Remaking<'_, 'a> {
         };
         let all = work.filled.quads.len();
         let mut bends = false;
-        for attempt in 0..TRIES {
+        let mut attempt = 0;
+        while attempt < TRIES {
+            attempt += 1;
             if stay.count() > all / 2 {
                 return Ok(None);
             }
@@ -240,7 +242,7 @@ impl<'a> Remaking<'_, 'a> {
                 if quads.len() <= all / 2 { quads.into_iter().collect() } else { vec![] }
             };
             let stuck: Vec<usize> = layout.undivided.iter().flat_map(stuck).collect();
-            if !stuck.is_empty() && attempt + 1 < TRIES {
+            if !stuck.is_empty() && attempt < TRIES {
                 // Without those the rest can be divided.
                 stay.grow(&stuck, 0);
                 continue;
@@ -259,10 +261,13 @@ impl<'a> Remaking<'_, 'a> {
                 laid = parts.lay(&traced, &plan, ROOM, monitor)?.map(|filled| (plan, filled));
             }
             let Some((plan, filled)) = laid else {
-                if bends || stay.count() == 0 {
+                if !options.regular {
                     return Ok(None);
                 }
+                // Then what stays does bend it; and where borders zigzag, regular parts are more than the quads have room for.
+                options.regular = !bends && stay.count() > 0;
                 bends = true;
+                attempt -= 1;
                 continue;
             };
             let is_doubled = !doubled(&filled).is_empty();
@@ -271,7 +276,7 @@ impl<'a> Remaking<'_, 'a> {
                 return Ok(None);
             }
             let bad = parts.bad(&filled, lengths, stay);
-            if bad.is_empty() || attempt + 1 == TRIES && !is_doubled {
+            if bad.is_empty() || attempt == TRIES && !is_doubled {
                 // What is lost at last may be reached when they are finished.
                 return Ok(Some((parts, traced, plan)));
             }
