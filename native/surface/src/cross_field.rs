@@ -102,10 +102,8 @@ pub fn cross_field(
     }
     let mut means = BTreeMap::<u32, DVec2>::new();
     for &(face, direction) in given {
-        let [a, b, _] = mesh.points(face as usize);
-        let x = (b - a).normalize();
-        let y = mesh.area_normal(face as usize).normalize().cross(x);
-        let angle = direction.dot(y).atan2(direction.dot(x));
+        let angle = angle_in_frame(mesh, face as usize, direction);
+        // In the units of the edges' crosses.
         *means.entry(face).or_default() += mesh_scale(mesh) * DVec2::from_angle(4.0 * angle);
     }
     for (face, mean) in means {
@@ -133,9 +131,7 @@ pub fn cross_field(
     let face_angle: Vec<f64> = values.iter().map(|z| z.to_angle() / 4.0).collect();
     let face_directions: Vec<DVec3> = (0..faces)
         .map(|f| {
-            let [a, b, _] = mesh.points(f);
-            let x = (b - a).normalize();
-            let y = mesh.area_normal(f).normalize().cross(x);
+            let [x, y] = frame(mesh, f);
             face_angle[f].cos() * x + face_angle[f].sin() * y
         })
         .collect();
@@ -154,13 +150,8 @@ pub fn singularities(
     directions: &[DVec3],
 ) -> Result<Vec<(u32, i32)>, CrossFieldError> {
     let edge_angle = edge_angles(mesh)?;
-    let in_frame = |(f, direction): (usize, &DVec3)| {
-        let [a, b, _] = mesh.points(f);
-        let x = (b - a).normalize();
-        let y = mesh.area_normal(f).normalize().cross(x);
-        direction.dot(y).atan2(direction.dot(x))
-    };
-    let face_angle: Vec<f64> = directions.iter().enumerate().map(in_frame).collect();
+    let face_angle: Vec<f64> =
+        directions.iter().enumerate().map(|(f, &direction)| angle_in_frame(mesh, f, direction)).collect();
     Ok(singular(mesh, topology, &edge_angle, &face_angle))
 }
 
@@ -178,6 +169,18 @@ fn mesh_scale(mesh: &TriangleMesh) -> f64 {
         let [a, b, c] = mesh.points(0);
         a.distance(b).max(b.distance(c)).max(c.distance(a))
     })
+}
+
+/// Axes of a face's frame in its plane.
+fn frame(mesh: &TriangleMesh, face: usize) -> [DVec3; 2] {
+    let [a, b, _] = mesh.points(face);
+    let x = (b - a).normalize();
+    [x, mesh.area_normal(face).normalize().cross(x)]
+}
+
+fn angle_in_frame(mesh: &TriangleMesh, face: usize, direction: DVec3) -> f64 {
+    let [x, y] = frame(mesh, face);
+    direction.dot(y).atan2(direction.dot(x))
 }
 
 /// Angle of each half-edge in the frame of its face, whose x axis is the face's first half-edge.
