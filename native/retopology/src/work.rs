@@ -543,6 +543,17 @@ impl<'a> Work<'a> {
         self.sources().into_iter().map(at).collect()
     }
 
+    /// Number of squares of the wanted edge lengths that cover the quads.
+    pub fn wanted_quads(&self, wanted: &Wanted<'_>) -> f64 {
+        let lengths = self.lengths(wanted);
+        let squares = |quad: &[u32; 4]| {
+            let p = quad.map(|v| self.filled.positions[v as usize]);
+            let length = quad.iter().map(|&v| lengths[v as usize]).sum::<f64>() / 4.0;
+            (p[2] - p[0]).cross(p[3] - p[1]).length() / 2.0 / (length * length)
+        };
+        self.filled.quads.iter().map(squares).sum()
+    }
+
     /// Where each vertex lies on the surface, on the chart of a quad around it.
     pub fn sources(&self) -> Vec<SourcePoint> {
         let mut chart = vec![0; self.filled.positions.len()];

@@ -255,10 +255,13 @@ fn regions(
         topology,
     };
     let mut regions = whole.open(&feature_edges, |_, _| 2);
+    let mut settled = fixed;
     for region in regions.iter_mut().filter(|region| !region.is_closed()) {
-        classify(region, corners);
+        for v in classify(region, corners) {
+            settled[v as usize] = true;
+        }
     }
-    even_out(&mut regions, &fixed, corners.slack);
+    even_out(&mut regions, &settled, corners.slack);
     regions
 }
 
@@ -441,9 +444,10 @@ fn mean_edge(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2]]) ->
     lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
 }
 
-/// Gives every border vertex its quarters by how the border turns there.
-fn classify(region: &mut Region, corners: &CornerAngles) {
+/// Gives every border vertex its quarters by how the border turns there. Returns those of the whole mesh's vertices that are part of a bend.
+fn classify(region: &mut Region, corners: &CornerAngles) -> Vec<u32> {
     let angles = region.angles();
+    let mut bends = vec![];
     for border in region.loops() {
         let turns: Vec<f64> = border.iter().map(|&v| PI - angles[v as usize]).collect();
         for (k, &v) in border.iter().enumerate() {
@@ -451,7 +455,48 @@ fn classify(region: &mut Region, corners: &CornerAngles) {
             let quarters = corners.quarters(before, turns[k], turns[(k + 1) % turns.len()]);
             region.quarters[v as usize] = quarters;
         }
+        if corners.fillet > 0.0 {
+            bends.extend(join_bends(region, &border, &turns, corners.fillet));
+        }
     }
+    bends
+}
+
+/// Turns by less than this are none, radians.
+const STRAIGHT: f64 = PI / 36.0;
+
+/// Bends of a border that turn one way within a length are one: their corners are where it has turned by odd multiples of 45 degrees, one for
+/// each right angle.
+fn join_bends(region: &mut Region, border: &[u32], turns: &[f64], length: f64) -> Vec<u32> {
+    let n = border.len();
+    let mut bends = vec![];
+    let at = |k: usize| region.mesh.positions[border[k % n] as usize];
+    let sign = |k: usize| if turns[k % n].abs() < STRAIGHT { 0.0 } else { turns[k % n].signum() };
+    // From where the turn changes, so that no bend is cut.
+    let goes_on = |k: usize| sign(k) == sign(k - 1) && at(k - 1).distance(at(k)) < length / 2.0;
+    let Some(first) = (1..=n).find(|&k| !goes_on(k)) else { return bends };
+    let mut from = first;
+    while from < first + n {
+        let mut to = from + 1;
+        while to < first + n && goes_on(to) {
+            to += 1;
+        }
+        let (run, turn): (f64, f64) =
+            ((from + 1..to).map(|k| at(k - 1).distance(at(k))).sum(), (from..to).map(|k| turns[k % n]).sum());
+        if sign(from) != 0.0 && to > from + 1 && run <= length {
+            let count = (turn.abs() / FRAC_PI_2).round();
+            let mut passed = 0.0;
+            bends.extend((from..to).map(|k| region.vertex[border[k % n] as usize]));
+            for k in from..to {
+                let before = (passed / turn * count + 0.5).floor();
+                passed += turns[k % n];
+                let more = ((passed / turn * count + 0.5).floor() - before) as u8;
+                region.quarters[border[k % n] as usize] = if turn > 0.0 { 2 - more.min(1) } else { 2 + more };
+            }
+        }
+        from = to;
+    }
+    bends
 }
 
 /// Gives corners around interior vertices whose angles come nearest to four quarters in all a quarter more or less until they are four,

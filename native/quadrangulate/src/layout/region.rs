@@ -27,11 +27,14 @@ pub struct CornerAngles {
     /// A corner at an interior feature may have a quad more or less than that, up to so many quads off its angle, where the vertex has
     /// four in all then. Default: 0, so that none has.
     pub slack: f64,
+    /// Bends one way within so little of the border are one, which has as many corners as its turn has right angles: a fillet between
+    /// two sides. Scene units. Default: 0, so that each vertex is judged by itself.
+    pub fillet: f64,
 }
 
 impl Default for CornerAngles {
     fn default() -> Self {
-        Self { convex: PI * 0.875, concave: PI * 1.125, slit: PI * 1.75, round: PI / 3.6, slack: 0.0 }
+        Self { convex: PI * 0.875, concave: PI * 1.125, slit: PI * 1.75, round: PI / 3.6, slack: 0.0, fillet: 0.0 }
     }
 }
 

@@ -27,7 +27,9 @@ use surface::smooth::SmoothOptions;
 /// Corners of features sharper than 135 degrees get one quad, and so on by quarters, but for those that may have four in all with one
 /// that is up to 72 degrees off: a fifth of the irregular vertices of a goat's head.
 const CORNERS: CornerAngles =
-    CornerAngles { convex: PI * 0.75, concave: PI * 1.25, slit: PI * 1.75, round: PI / 3.6, slack: 0.8 };
+    CornerAngles { convex: PI * 0.75, concave: PI * 1.25, slit: PI * 1.75, round: PI / 3.6, slack: 0.8, fillet: 0.0 };
+/// Bends within so many edges are one.
+const FILLET: f64 = 0.5;
 /// Patches with sides of more edges than this are divided where a trace allows it. Without a bound the rows of long patches shear: mean
 /// angle deviation 14 instead of 8 degrees on a goat's head, 11 instead of 4 on a fish; bounded by 6 there were a tenth more
 /// irregular vertices.
@@ -58,6 +60,8 @@ pub(crate) struct Remaking<'b, 'a> {
     pub plain: &'b [f64],
     /// Shortest edge that bends of features may ask for, in wanted ones.
     pub shortest: f64,
+    /// Edges that bends are followed with, in wanted ones: longer where there are so many bends that little would be left for the rest.
+    pub bends: f64,
     pub smooth: &'b SmoothOptions,
     /// Quality below which quads are mended.
     pub sound: f64,
@@ -71,6 +75,7 @@ struct Parts<'b, 'a> {
     wanted: &'b Wanted<'b>,
     plain: &'b [f64],
     shortest: f64,
+    bends: f64,
     /// Quads wanted in place of those that do not stay.
     target: f64,
     /// The part of each quad, [`NONE`] for those that stay as they are.
@@ -105,11 +110,12 @@ impl<'a> Remaking<'_, 'a> {
         }
         let whole = work.triangles();
         let under = ClosestPoint::new(&whole);
-        let Ok(field) = layout::field(&whole, &work.features(), &CORNERS) else {
+        let corners = CornerAngles { fillet: FILLET * wanted.edge_length, ..CORNERS };
+        let Ok(field) = layout::field(&whole, &work.features(), &corners) else {
             // It needs triangles that have an area, and something to follow in every component or in none.
             return Ok(None);
         };
-        let old = Old { lengths: work.lengths(wanted), whole, under, field };
+        let old = Old { lengths: work.lengths(wanted), whole, under, field, corners };
         let mut stay = Stay::new(work.filled.positions.len(), &work.filled.quads);
         let surface = ClosestPoint::new(&work.base().surface);
         let most = MOST_APART * work.base().surface.to_polygons().diagonal();
@@ -191,10 +197,10 @@ impl<'a> Remaking<'_, 'a> {
         stay: &mut Stay<'_>,
         monitor: &Monitor,
     ) -> Result<Option<(Parts<'_, 'a>, Traced, Plan)>, LayoutError> {
-        let Self { work, wanted, plain, shortest, target, .. } = *self;
-        let Old { whole, under, lengths, field } = old;
+        let Self { work, wanted, plain, shortest, bends: bend_edge, target, .. } = *self;
+        let Old { whole, under, lengths, field, corners } = old;
         let mut options = LayoutOptions {
-            corners: CORNERS,
+            corners: *corners,
             refinements: 0,
             longest: LONGEST * wanted.edge_length,
             regular: true,
@@ -254,7 +260,7 @@ impl<'a> Remaking<'_, 'a> {
             }
             let sizes = layout.mesh.positions.iter().enumerate().map(size_at).collect();
             let target = target.unwrap_or(all as f64) - stay.count() as f64;
-            let parts = Parts { work, wanted, plain, shortest, target, part_of };
+            let parts = Parts { work, wanted, plain, shortest, bends: bend_edge, target, part_of };
             let traced = parts.traced(layout, sizes);
             let mut laid = None;
             if let Some(plan) = parts.plan(&traced, monitor)? {
@@ -295,6 +301,7 @@ struct Old {
     lengths: Vec<f64>,
     /// A direction of the cross of each triangle.
     field: Vec<DVec3>,
+    corners: CornerAngles,
 }
 
 impl Filled {

@@ -19,6 +19,10 @@ const ROUNDS: usize = 6;
 const CLOSE: f64 = 0.01;
 /// And not at all where it is missed by more than this at the second time: of 33 layouts one came within [`MOST_OFF`] after that. Logarithms.
 const HOPELESS: f64 = 0.4;
+/// Where it is missed by more than this, and the logarithm of the quads grows by less than that of the scale, the next scale follows what
+/// it grew by, at least this.
+const FAR: f64 = 0.2;
+const LEAST_SLOPE: f64 = 0.3;
 
 /// A stretch of a sub-side between base vertices.
 #[derive(Clone)]
@@ -83,7 +87,7 @@ impl Parts<'_, '_> {
                         0
                     } else {
                         let points: Vec<DVec3> = vertices.iter().map(|&v| at(v)).collect();
-                        let edge = vertices.iter().map(|&v| sizes[v as usize]).sum::<f64>() / vertices.len() as f64;
+                        let edge = self.bends * vertices.iter().map(|&v| sizes[v as usize]).sum::<f64>() / vertices.len() as f64;
                         division::parts(&points, CHORD_ERROR * edge, shortest * edge).len() as u32
                     };
                     pieces.push(Piece { vertices, kind: sub_side.kind, ideal, needed, fixed: None });
@@ -180,6 +184,7 @@ impl Traced {
         let mut scale = 1.0;
         // Scales with too few quads and with too many.
         let mut between: [f64; 2] = [0.0, f64::INFINITY];
+        let mut last = None;
         let mut best: Option<(f64, Vec<u32>, Vec<PatchTopology>)> = None;
         for round in 0..ROUNDS {
             let problem = quantise::Layout {
@@ -214,14 +219,19 @@ impl Traced {
             if off < CLOSE {
                 break;
             }
-            if round == 1 && off > HOPELESS {
+            // Where bends need most of the edges, larger counts elsewhere change little.
+            let reached = [scale.ln(), miss];
+            let slope = last.map_or(2.0, |last: [f64; 2]| (reached[1] - last[1]) / (reached[0] - last[0]));
+            let slope = if off < FAR || slope > 1.0 { 2.0 } else { slope.max(LEAST_SLOPE) };
+            last = Some(reached);
+            if round == 1 && off > HOPELESS && slope > 1.0 {
                 return Ok(None);
             }
             between[usize::from(miss > 0.0)] = scale;
             if between[1] < (1.0 + CLOSE) * between[0] {
                 break;
             }
-            scale *= (-miss / 2.0).exp();
+            scale *= (-miss / slope).exp();
             if !(between[0] < scale && scale < between[1]) {
                 scale = (between[0] * between[1]).sqrt();
             }
