@@ -491,3 +491,37 @@ fn a_bend_of_a_feature_has_four_quads_around_it_where_its_angles_allow() {
     };
     assert_eq!([0.0, 0.8].map(quads_at_apex), [3, 4]);
 }
+
+#[test]
+fn short_fillets_are_corners_and_small_holes_are_not() {
+    // A square of 8 by 8 whose corners turn in four steps within half an edge, round a hole of ten edges.
+    let ends = [DVec2::ZERO, 8.0 * DVec2::X, 8.0 * DVec2::ONE, 8.0 * DVec2::Y];
+    let mut outline = Vec::new();
+    for k in 0..4 {
+        let [before, at, after] = [(k + 3) % 4, k, (k + 1) % 4].map(|k| ends[k]);
+        let [back, on] = [before, after].map(|other| (other - at) / 8.0);
+        outline.extend([[0.3, 0.0], [0.12, 0.05], [0.06, 0.13], [0.0, 0.3]].map(|[a, b]| at + a * back + b * on));
+        outline.extend((1..8).map(|step| at + f64::from(step) * on));
+    }
+    let hole = circle(DVec2::splat(4.0), 1.0, 10);
+    let on_border = (outline.len() + hole.len()) as u32;
+    let mesh = plane_region(&[outline, hole], flat);
+    let corners_of = |fillet: f64| {
+        let corners =
+            CornerAngles { convex: 0.75 * TAU / 2.0, concave: 1.25 * TAU / 2.0, fillet, ..CornerAngles::default() };
+        let options = LayoutOptions { corners, regular: true, ..LayoutOptions::default() };
+        let layout = trace_layout(&mesh, &[], &options, &Monitor::new()).expect("a layout");
+        check(&mesh, &layout);
+        // Border vertices where a single patch has a corner.
+        let mut quarters = BTreeMap::<u32, u32>::new();
+        for patch in &layout.patches {
+            let own: BTreeSet<u32> = patch.triangles.iter().flat_map(|&t| layout.mesh.triangles[t as usize]).collect();
+            for v in own.into_iter().filter(|&v| v < on_border) {
+                *quarters.entry(v).or_default() += if patch.corners.contains(&v) { 1 } else { 2 };
+            }
+        }
+        quarters.into_iter().filter(|(_, quarters)| *quarters != 2).collect::<Vec<_>>()
+    };
+    assert_eq!(corners_of(0.0), []);
+    assert_eq!(corners_of(1.0), [1, 12, 23, 34].map(|v| (v, 1)));
+}

@@ -334,7 +334,6 @@ pub(crate) fn quads_after(
     let sound = if options.irregularity.is_finite() { mend::SOUND } else { mend::INVERTED };
     // Painted sizes and chosen templates are the base's.
     let traced = if refills && templates.is_empty() && options.density.is_empty() {
-        // Where bends need most of the edges, the others are much longer than so many quads are wide.
         let covering = target.map_or(1.0, |target| (work.wanted_quads(&all) / target).sqrt());
         let narrower = if covering < NARROW { covering } else { 1.0 };
         let wanted = Wanted { edge_length: narrower * all.edge_length, ..all };
@@ -421,9 +420,10 @@ pub(crate) fn quads_after(
     Ok((Quads { mesh, feature_edges, base_vertex, source, report }, kept))
 }
 
-/// Edges are laid anew by the number of quads that is wanted where so many quads of their length cover less of the surface than this, as a
-/// share of its width: a ring with round teeth, whose walls had one quad from rim to rim.
-const NARROW: f64 = 0.8;
+/// Where bends take so many edges that the others became longer than squares of the wanted number by more than the inverse of this, a traced
+/// layout has edges of that number again, and bends get fewer: walls between round teeth had one quad from rim to rim. With 0.8 a gear of
+/// 2,000 quads was worse for it.
+const NARROW: f64 = 0.6;
 /// Times that counts are raised where edges of two patches would be one.
 const NARROW_ROUNDS: u32 = 4;
 struct Clock {

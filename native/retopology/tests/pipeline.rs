@@ -1,9 +1,11 @@
 //! The whole way to quads on generated surfaces, judged from the definitions.
 
+use glam::DVec2;
 use mesh::{DVec3, Monitor, PolygonMesh, Topology, scaled_jacobian};
 use rayon::prelude::*;
 use retopology::features::Features;
 use retopology::{LayoutOptions, Options, Output, Size, retopologize};
+use std::f64::consts::{PI, TAU};
 use testkit::oracle;
 use testkit::random::Random;
 
@@ -142,4 +144,52 @@ fn painted_sizes_are_realised_between_features() {
     };
     let contrast = (mean_area(-0.01, 1.0 / 3.0) / mean_area(2.0 / 3.0, 1.01)).sqrt();
     assert!((3.0..5.0).contains(&contrast), "edges differ by {contrast}");
+}
+
+/// A ring of height 0.3 about the z axis with round notches in its outside, whose rims have small fillets; and the edges of its rims.
+fn notched_ring(notches: u32, arc: u32) -> (PolygonMesh, Features) {
+    let (radius, cut) = (0.07, 0.008);
+    let mut outline: Vec<DVec2> = Vec::new();
+    for notch in 0..notches {
+        let out = DVec2::from_angle(TAU * f64::from(notch) / f64::from(notches));
+        let (along, middle) = (out.perp(), out * (1.0 - 0.5 * radius));
+        let half: Vec<DVec2> = (0..=arc)
+            .map(|k| DVec2::from_angle(PI * f64::from(k) / f64::from(arc)))
+            .map(|at| middle - radius * (at.x * along + at.y * out))
+            .collect();
+        let (first, last) = (half[0] + cut * out, half[half.len() - 1] + cut * out);
+        let fillet = |from: DVec2, corner: DVec2, to: DVec2| {
+            [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|t| from.lerp(corner, t).lerp(corner.lerp(to, t), t))
+        };
+        outline.extend(fillet(first - cut * along, first, half[0]));
+        outline.extend(&half);
+        let end = last + cut * along;
+        outline.extend(fillet(half[half.len() - 1], last, end).into_iter().skip(1).chain([end]));
+    }
+    let n = outline.len();
+    let inside = |p: &DVec2| 0.6 * p.normalize();
+    let rings = [0.0, 0.3].map(|z| outline.iter().map(move |p| p.extend(z)).collect::<Vec<_>>());
+    let holes = [0.3, 0.0].map(|z| outline.iter().map(|p| inside(p).extend(z)).collect::<Vec<_>>());
+    let positions = [&rings[0][..], &rings[1], &holes[0], &holes[1]].concat();
+    let at = |ring: usize, k: usize| (ring % 4 * n + k % n) as u32;
+    let faces = (0..4).flat_map(|ring| (0..n).map(move |k| (ring, k)));
+    let faces = faces.flat_map(|(ring, k)| {
+        let [a, b, c, d] = [at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)];
+        [[a, b, c], [a, c, d]]
+    });
+    let edges = (0..4).flat_map(|ring| (0..n).map(move |k| (ring, k)));
+    let edges = edges.map(|(ring, k)| [at(ring, k), at(ring, k + 1)]).collect();
+    (PolygonMesh::from_polygons(positions, faces).unwrap(), Features { edges, vertices: vec![] })
+}
+
+#[test]
+fn round_notches_with_small_fillets_leave_rows_of_square_quads() {
+    let (mesh, features) = notched_ring(24, 20);
+    let made = retopologize(&mesh, &features, &Options::default(), &Monitor::new()).unwrap();
+    assert_eq!(judge(&mesh, &made.mesh), Ok(0));
+    let report = made.report;
+    println!("{} irregular vertices, angles off by {}", report.irregular_vertices, report.angle_deviation);
+    // 96 of them are corners.
+    assert!(report.irregular_vertices < 240, "{}", report.irregular_vertices);
+    assert!(report.angle_deviation < 8.0, "{}", report.angle_deviation);
 }
