@@ -20,8 +20,8 @@ pub struct BaseOptions {
     pub least_quads: f64,
     /// Connected features, and branches of them that end nowhere, are dropped when shorter than this many edges of the quads
     /// to come, 0 to 100; they are in the report. Default: 0.5, for less than half an edge is no edge. Where features have
-    /// more ends, forks and sharp bends than one for ten quads to come, longer ones are dropped too, up to 16 times this, the
-    /// shortest first: on a scan's hundreds of sharp crumbs nothing else would be left of the quads.
+    /// more ends, forks and sharp bends than one for ten quads to come, curves that run beside others within this are dropped if
+    /// that is enough, else longer ones, up to 16 times this, the shortest first: on a scan's hundreds of sharp crumbs nothing else would be left of the quads.
     pub least_feature: f64,
     /// Base edges near curves that run side by side, as a multiple of their distance, 0.5 to 50. Default: 8.
     pub aspect: f64,

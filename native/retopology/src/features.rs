@@ -4,6 +4,7 @@
 //! network once it is cut at its corners, so features never cross: where they meet there is a corner.
 
 use crate::base_error::RetopologyError;
+use crate::beside::without_those_beside;
 use crate::failure::RetopologizeError;
 use mesh::{DVec3, NONE, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet};
@@ -95,7 +96,8 @@ pub struct Crumbs {
     /// Connected marked edges that are together shorter than this, and branches that end nowhere and are shorter, are dropped
     /// unless they hold a marked vertex; scene units.
     pub shorter_than: f64,
-    /// Where more corners are left, this grows, by [`MOST_GROWTH`] at most, and curves between forks must be as long too.
+    /// Where more corners are left, curves that run beside others within this length are dropped if that is enough; else it grows, by
+    /// [`MOST_GROWTH`] at most, and curves between forks must be as long too.
     pub most_corners: usize,
 }
 
@@ -137,6 +139,15 @@ pub fn network(
     let network = |least| network_of(mesh, &features.vertices, corner_angle, edges.clone(), least);
     let mut least = crumbs.shorter_than;
     let mut found = network([least, 0.0]);
+    if found.corners.len() > crumbs.most_corners && least > 0.0 {
+        let (fewer, dropped) = without_those_beside(mesh, &edges, &features.vertices, least);
+        let mut fewer = network_of(mesh, &features.vertices, corner_angle, fewer, [least, 0.0]);
+        if fewer.corners.len() <= crumbs.most_corners {
+            fewer.dropped.extend(dropped);
+            fewer.dropped.sort_unstable();
+            return Ok(fewer);
+        }
+    }
     while found.corners.len() > crumbs.most_corners && least < 0.99 * MOST_GROWTH * crumbs.shorter_than {
         least *= GROWTH;
         found = network([least, least]);
@@ -193,7 +204,7 @@ fn network_of(
     Network { chains, corners, points, dropped }
 }
 
-fn neighbours(mesh: &TriangleMesh, edges: &BTreeMap<[u32; 2], bool>) -> Vec<Vec<u32>> {
+pub(crate) fn neighbours(mesh: &TriangleMesh, edges: &BTreeMap<[u32; 2], bool>) -> Vec<Vec<u32>> {
     let mut neighbours = vec![Vec::new(); mesh.positions.len()];
     for &[a, b] in edges.keys() {
         neighbours[a as usize].push(b);
@@ -294,7 +305,7 @@ fn drop_short(
 
 /// The edges from the first of two vertices over the second to the next one that is marked or where other than two edges meet, and that
 /// one.
-fn branch(around: &[Vec<u32>], keep: &[bool], [mut before, mut at]: [u32; 2]) -> (Vec<[u32; 2]>, u32) {
+pub(crate) fn branch(around: &[Vec<u32>], keep: &[bool], [mut before, mut at]: [u32; 2]) -> (Vec<[u32; 2]>, u32) {
     let start = before;
     let mut branch = vec![sorted(before, at)];
     while around[at as usize].len() == 2 && !keep[at as usize] && at != start {
@@ -466,6 +477,27 @@ mod tests {
         assert!(some.corners.len() < 20 && some.dropped.contains(&[at(6, 2), at(6, 3)]), "{some:?}");
         assert!(some.dropped.len() < 14, "its long lines stay: {:?}", some.dropped);
         assert_eq!(found(0).corners.len(), 4, "borders stay");
+    }
+
+    #[test]
+    fn lines_beside_others_go_first_where_that_makes_room() {
+        // Two lines of seven edges, four apart, with three lines across: six forks, four ends and the sheet's corners.
+        let at = |i: u32, j: u32| i * 10 + j;
+        let mut features = marked(&(1..9).map(|j| at(2, j)).collect::<Vec<_>>());
+        features.edges.extend(marked(&(1..9).map(|j| at(6, j)).collect::<Vec<_>>()).edges);
+        for j in 3..6 {
+            features.edges.extend(marked(&(2..7).map(|i| at(i, j)).collect::<Vec<_>>()).edges);
+        }
+        let (mesh, topology) = grid(9);
+        let edge = mesh.positions[0].distance(mesh.positions[1]);
+        let found = |most_corners: usize| {
+            let crumbs = Crumbs { shorter_than: 1.1 * edge, most_corners };
+            network(&mesh, &topology, &features, 0.9, crumbs).unwrap()
+        };
+        assert!(found(14).dropped.is_empty());
+        let some = found(10);
+        assert_eq!(some.dropped.iter().map(|[a, _]| a % 10).collect::<BTreeSet<_>>(), BTreeSet::from([3, 4]));
+        assert_eq!((some.corners.len(), some.dropped.len()), (10, 8));
     }
 
     #[test]

@@ -50,6 +50,7 @@ pub use templates::{Catalogue, Template, TemplateChoice, TemplateError, Template
 mod assemble;
 pub mod base_error;
 mod base_options;
+mod beside;
 mod breakpoints;
 pub mod build;
 mod bulges;
