@@ -157,7 +157,8 @@ fn notched_ring(notches: u32, arc: u32) -> (PolygonMesh, Features) {
             .map(|k| DVec2::from_angle(PI * f64::from(k) / f64::from(arc)))
             .map(|at| middle - radius * (at.x * along + at.y * out))
             .collect();
-        let (first, last) = (half[0] + cut * out, half[half.len() - 1] + cut * out);
+        // A bit further apart than the notch is wide, so that every point of the outline is seen from the middle.
+        let (first, last) = (half[0] + cut * (out - 0.2 * along), half[half.len() - 1] + cut * (out + 0.2 * along));
         let fillet = |from: DVec2, corner: DVec2, to: DVec2| {
             [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|t| from.lerp(corner, t).lerp(corner.lerp(to, t), t))
         };
