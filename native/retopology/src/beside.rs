@@ -3,22 +3,22 @@
 //! Not in Daniels et al. 2011. A fillet in steps has a sharp line for each; with all of them, and the short pieces of its rims between
 //! them, there are more corners than quads have room for.
 
-use crate::features::{branch, neighbours};
+use crate::features::{Curve, curves_from_forks, neighbours};
 use mesh::{DVec3, TriangleMesh, nearest_on_segment};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The directions of curves that run side by side are no further apart than this, radians.
 const PARALLEL: f64 = std::f64::consts::PI / 6.0;
 
-/// The edges without curves between forks that run beside another one within `reach` all along, the nearest first, and the edges of these:
-/// the lines of a fillet in steps, which leave no room for a row of quads. Borders and what holds a marked vertex stay. Nearly linear in the
+/// The edges of curves between forks that run beside another one within `reach` all along, the nearest first: the lines of a fillet in
+/// steps, which leave no room for a row of quads. Borders and what holds a marked vertex stay. Nearly linear in the
 /// length of the edges over `reach`.
-pub(crate) fn without_those_beside(
+pub(crate) fn curves_beside(
     mesh: &TriangleMesh,
     edges: &BTreeMap<[u32; 2], bool>,
     marked: &[u32],
     reach: f64,
-) -> (BTreeMap<[u32; 2], bool>, Vec<[u32; 2]>) {
+) -> BTreeSet<[u32; 2]> {
     let at = |v: u32| mesh.positions[v as usize];
     let length = |&[a, b]: &[u32; 2]| at(a).distance(at(b));
     let mut keep = vec![false; mesh.positions.len()];
@@ -26,19 +26,11 @@ pub(crate) fn without_those_beside(
         keep[v as usize] = true;
     }
     let around = neighbours(mesh, edges);
-    let is_fork = |v: u32| around[v as usize].len() > 2;
-    let mut curves: Vec<(Vec<[u32; 2]>, [u32; 2])> = Vec::new();
-    for fork in (0..around.len() as u32).filter(|&v| is_fork(v)) {
-        for &second in &around[fork as usize] {
-            let (curve, end) = branch(&around, &keep, [fork, second]);
-            // Each is found from both of its ends.
-            if fork < end && is_fork(end) && curve.iter().all(|edge| edges.get(edge) == Some(&false)) {
-                curves.push((curve, [fork, end]));
-            }
-        }
-    }
+    let is_fork = |v: &u32| around[*v as usize].len() > 2;
+    let mut curves = curves_from_forks(&around, &keep, edges);
+    curves.retain(|curve| curve.ends.iter().all(is_fork));
     let of_edge: BTreeMap<[u32; 2], usize> =
-        (0..).zip(&curves).flat_map(|(k, (curve, _))| curve.iter().map(move |&edge| (edge, k))).collect();
+        (0..).zip(&curves).flat_map(|(k, curve)| curve.edges.iter().map(move |&edge| (edge, k))).collect();
     // Edges by the cells of a grid that they pass through, or nearly.
     let cell = |p: DVec3| (p / reach).floor().as_i64vec3().to_array();
     let mut cells: BTreeMap<[i64; 3], Vec<[u32; 2]>> = BTreeMap::new();
@@ -48,10 +40,10 @@ pub(crate) fn without_those_beside(
         passed.collect::<BTreeSet<_>>().into_iter().for_each(|cell| cells.entry(cell).or_default().push(*edge));
     }
     let beside = |k: usize, gone: &[bool]| -> f64 {
-        let (curve, ends) = &curves[k];
+        let Curve { edges: curve, ends } = &curves[k];
         let is_other = |edge: &[u32; 2]| {
             let apart =
-                |&other: &usize| other != k && !gone[other] && !curves[other].1.iter().any(|v| ends.contains(v));
+                |&other: &usize| other != k && !gone[other] && !curves[other].ends.iter().any(|v| ends.contains(v));
             of_edge.get(edge).is_none_or(apart) && !edge.iter().any(|v| ends.contains(v))
         };
         let total: f64 = curve.iter().map(length).sum();
@@ -83,13 +75,7 @@ pub(crate) fn without_those_beside(
     for (_, k) in near {
         gone[k] = beside(k, &gone) < reach;
     }
-    let dropped: Vec<[u32; 2]> =
-        curves.into_iter().zip(gone).filter(|(_, gone)| *gone).flat_map(|((curve, _), _)| curve).collect();
-    let mut fewer = edges.clone();
-    for edge in &dropped {
-        fewer.remove(edge);
-    }
-    (fewer, dropped)
+    curves.into_iter().zip(gone).filter(|(_, gone)| *gone).flat_map(|(curve, _)| curve.edges).collect()
 }
 
 #[cfg(test)]
@@ -107,9 +93,8 @@ mod tests {
         let edges: BTreeMap<[u32; 2], bool> = rims.chain(lines).map(|[a, b]| (sorted(a, b), false)).collect();
         let side = mesh.positions[0].distance(mesh.positions[1]);
         let gone = |marked: &[u32], sides: f64| {
-            let (fewer, dropped) = without_those_beside(&mesh, &edges, marked, sides * side);
-            assert_eq!(fewer.len() + dropped.len(), edges.len());
-            assert!(dropped.iter().all(|edge| edges.contains_key(edge) && !fewer.contains_key(edge)));
+            let dropped = curves_beside(&mesh, &edges, marked, sides * side);
+            assert!(dropped.iter().all(|edge| edges.contains_key(edge)));
             dropped.into_iter().map(|[a, _]| a % 10).collect::<BTreeSet<_>>()
         };
         assert_eq!(gone(&[], 0.9), BTreeSet::new());

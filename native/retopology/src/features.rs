@@ -4,7 +4,7 @@
 //! network once it is cut at its corners, so features never cross: where they meet there is a corner.
 
 use crate::base_error::RetopologyError;
-use crate::beside::without_those_beside;
+use crate::beside::curves_beside;
 use crate::failure::RetopologizeError;
 use mesh::{DVec3, NONE, Topology, TriangleMesh, sorted};
 use std::collections::{BTreeMap, BTreeSet};
@@ -140,8 +140,9 @@ pub fn network(
     let mut least = crumbs.shorter_than;
     let mut found = network([least, 0.0]);
     if found.corners.len() > crumbs.most_corners && least > 0.0 {
-        let (fewer, dropped) = without_those_beside(mesh, &edges, &features.vertices, least);
-        let mut fewer = network_of(mesh, &features.vertices, corner_angle, fewer, [least, 0.0]);
+        let dropped = curves_beside(mesh, &edges, &features.vertices, least);
+        let fewer = edges.iter().filter(|(edge, _)| !dropped.contains(*edge)).map(|(&edge, &border)| (edge, border));
+        let mut fewer = network_of(mesh, &features.vertices, corner_angle, fewer.collect(), [least, 0.0]);
         if fewer.corners.len() <= crumbs.most_corners {
             fewer.dropped.extend(dropped);
             fewer.dropped.sort_unstable();
@@ -244,25 +245,14 @@ fn drop_short(
     if least_between > 0.0 {
         let around = neighbours(mesh, edges);
         let mut degree: Vec<usize> = around.iter().map(Vec::len).collect();
-        let mut between = Vec::new();
-        for fork in (0..around.len()).filter(|&v| around[v].len() > 2) {
-            for &second in &around[fork] {
-                let (curve, end) = branch(&around, &keep, [fork as u32, second]);
-                let total = curve.iter().map(length).sum::<f64>();
-                // Each is found from both of its ends.
-                if (fork as u32) < end
-                    && total < least_between
-                    && curve.iter().all(|edge| edges.get(edge) == Some(&false))
-                {
-                    between.push((total, [fork, end as usize], curve));
-                }
-            }
-        }
+        let with_length = |curve: Curve| (curve.edges.iter().map(length).sum::<f64>(), curve);
+        let curves = curves_from_forks(&around, &keep, edges).into_iter().map(with_length);
+        let mut between: Vec<(f64, Curve)> = curves.filter(|(total, _)| *total < least_between).collect();
         between.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, ends, curve) in between {
-            if ends.iter().all(|&v| degree[v] > 2) {
+        for (_, Curve { edges: curve, ends }) in between {
+            if ends.iter().all(|&v| degree[v as usize] > 2) {
                 for v in ends {
-                    degree[v] -= 1;
+                    degree[v as usize] -= 1;
                 }
                 dropped.extend(curve.into_iter().filter(|edge| edges.remove(edge).is_some()));
             }
@@ -303,9 +293,30 @@ fn drop_short(
     dropped
 }
 
+/// A curve from a fork to a higher vertex, of no border edges.
+pub(crate) struct Curve {
+    pub edges: Vec<[u32; 2]>,
+    pub ends: [u32; 2],
+}
+
+/// The curves from forks to the next fork, loose end or vertex to be kept.
+pub(crate) fn curves_from_forks(around: &[Vec<u32>], keep: &[bool], edges: &BTreeMap<[u32; 2], bool>) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    for fork in (0..around.len() as u32).filter(|&v| around[v as usize].len() > 2) {
+        for &second in &around[fork as usize] {
+            let (curve, end) = branch(around, keep, [fork, second]);
+            // Those between forks are found from both of their ends.
+            if fork < end && curve.iter().all(|edge| edges.get(edge) == Some(&false)) {
+                curves.push(Curve { edges: curve, ends: [fork, end] });
+            }
+        }
+    }
+    curves
+}
+
 /// The edges from the first of two vertices over the second to the next one that is marked or where other than two edges meet, and that
 /// one.
-pub(crate) fn branch(around: &[Vec<u32>], keep: &[bool], [mut before, mut at]: [u32; 2]) -> (Vec<[u32; 2]>, u32) {
+fn branch(around: &[Vec<u32>], keep: &[bool], [mut before, mut at]: [u32; 2]) -> (Vec<[u32; 2]>, u32) {
     let start = before;
     let mut branch = vec![sorted(before, at)];
     while around[at as usize].len() == 2 && !keep[at as usize] && at != start {

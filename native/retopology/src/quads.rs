@@ -342,7 +342,7 @@ pub(crate) fn quads_after(
             wanted: &wanted,
             plain: &plain,
             shortest: contrast.shortest,
-            bends: narrower.sqrt().recip(),
+            bend_edge: narrower.sqrt().recip(),
             smooth: &smooth,
             sound,
             target,

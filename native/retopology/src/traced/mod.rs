@@ -62,7 +62,7 @@ pub(crate) struct Remaking<'b, 'a> {
     /// Shortest edge that bends of features may ask for, in wanted ones.
     pub shortest: f64,
     /// Edges that bends are followed with, in wanted ones: longer where there are so many bends that little would be left for the rest.
-    pub bends: f64,
+    pub bend_edge: f64,
     pub smooth: &'b SmoothOptions,
     /// Quality below which quads are mended.
     pub sound: f64,
@@ -76,7 +76,7 @@ struct Parts<'b, 'a> {
     wanted: &'b Wanted<'b>,
     plain: &'b [f64],
     shortest: f64,
-    bends: f64,
+    bend_edge: f64,
     /// Quads wanted in place of those that do not stay.
     target: f64,
     /// The part of each quad, [`NONE`] for those that stay as they are.
@@ -111,12 +111,11 @@ impl<'a> Remaking<'_, 'a> {
         }
         let whole = work.triangles();
         let under = ClosestPoint::new(&whole);
-        let corners = CornerAngles { fillet: FILLET * wanted.edge_length, ..CORNERS };
-        let Ok(field) = layout::field(&whole, &work.features(), &corners) else {
+        let Ok(field) = layout::field(&whole, &work.features(), &self.corners()) else {
             // It needs triangles that have an area, and something to follow in every component or in none.
             return Ok(None);
         };
-        let old = Old { lengths: work.lengths(wanted), whole, under, field, corners };
+        let old = Old { lengths: work.lengths(wanted), whole, under, field };
         let mut stay = Stay::new(work.filled.positions.len(), &work.filled.quads);
         let surface = ClosestPoint::new(&work.base().surface);
         let most = MOST_APART * work.base().surface.to_polygons().diagonal();
@@ -191,6 +190,10 @@ impl<'a> Remaking<'_, 'a> {
         Ok(best)
     }
 
+    fn corners(&self) -> CornerAngles {
+        CornerAngles { fillet: FILLET * self.wanted.edge_length, ..CORNERS }
+    }
+
     /// A layout and counts for the quads but for those that stay, which become more where the new ones do not stand for them.
     fn divided(
         &self,
@@ -198,10 +201,10 @@ impl<'a> Remaking<'_, 'a> {
         stay: &mut Stay<'_>,
         monitor: &Monitor,
     ) -> Result<Option<(Parts<'_, 'a>, Traced, Plan)>, LayoutError> {
-        let Self { work, wanted, plain, shortest, bends: bend_edge, target, .. } = *self;
-        let Old { whole, under, lengths, field, corners } = old;
+        let Self { work, wanted, plain, shortest, bend_edge, target, .. } = *self;
+        let Old { whole, under, lengths, field } = old;
         let mut options = LayoutOptions {
-            corners: *corners,
+            corners: self.corners(),
             refinements: 0,
             longest: LONGEST * wanted.edge_length,
             regular: true,
@@ -261,7 +264,7 @@ impl<'a> Remaking<'_, 'a> {
             }
             let sizes = layout.mesh.positions.iter().enumerate().map(size_at).collect();
             let target = target.unwrap_or(all as f64) - stay.count() as f64;
-            let parts = Parts { work, wanted, plain, shortest, bends: bend_edge, target, part_of };
+            let parts = Parts { work, wanted, plain, shortest, bend_edge, target, part_of };
             let traced = parts.traced(layout, sizes);
             let mut laid = None;
             if let Some(plan) = parts.plan(&traced, monitor)? {
@@ -302,7 +305,6 @@ struct Old {
     lengths: Vec<f64>,
     /// A direction of the cross of each triangle.
     field: Vec<DVec3>,
-    corners: CornerAngles,
 }
 
 impl Filled {

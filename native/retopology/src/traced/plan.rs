@@ -87,7 +87,7 @@ impl Parts<'_, '_> {
                         0
                     } else {
                         let points: Vec<DVec3> = vertices.iter().map(|&v| at(v)).collect();
-                        let edge = self.bends * vertices.iter().map(|&v| sizes[v as usize]).sum::<f64>()
+                        let edge = self.bend_edge * vertices.iter().map(|&v| sizes[v as usize]).sum::<f64>()
                             / vertices.len() as f64;
                         division::parts(&points, CHORD_ERROR * edge, shortest * edge).len() as u32
                     };
