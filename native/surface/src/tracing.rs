@@ -16,7 +16,7 @@ use crate::cross_field::wrap_quarter;
 use glam::{DVec2, DVec3};
 use mesh::{NONE, Topology, TriangleMesh};
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashSet};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -63,6 +63,8 @@ pub struct Trace {
     pub cost: f64,
     /// Angle, in the polar frame of the last vertex, of the way back along the path.
     pub arrival: f64,
+    /// Angles on the surface left and right of the path at each point; at the two ends, which lie on the border, between the path and that.
+    pub angles: Vec<[f64; 2]>,
 }
 
 impl Trace {
@@ -74,6 +76,14 @@ impl Trace {
     /// The vertex it lands on.
     pub fn end(&self) -> u32 {
         self.vertex_at(self.points.len() - 1)
+    }
+
+    /// The vertices it comes through, both ends included.
+    pub fn vertices(&self) -> impl Iterator<Item = u32> {
+        self.points.iter().filter_map(|point| match point {
+            TracePoint::Vertex(v) => Some(*v),
+            TracePoint::Edge(..) => None,
+        })
     }
 
     fn vertex_at(&self, index: usize) -> u32 {
@@ -127,9 +137,8 @@ pub struct Corner {
 
 impl Corner {
     /// The corners of a triangle, from one `direction` of its cross. O(1).
-    pub fn of(mesh: &TriangleMesh, triangle: usize, direction: DVec3) -> [Self; 3] {
-        let p = mesh.points(triangle);
-        let normal = mesh.area_normal(triangle).normalize_or_zero();
+    pub fn of(p: [DVec3; 3], direction: DVec3) -> [Self; 3] {
+        let normal = (p[1] - p[0]).cross(p[2] - p[0]).normalize_or_zero();
         [0, 1, 2].map(|k| {
             let along = p[(k + 1) % 3] - p[k];
             Self {
@@ -142,7 +151,7 @@ impl Corner {
 
     /// Those of a whole mesh, with a direction of the cross of each triangle: one for each half-edge. O(n).
     pub fn of_mesh(mesh: &TriangleMesh, directions: &[DVec3]) -> Vec<Self> {
-        directions.iter().enumerate().flat_map(|(t, &direction)| Self::of(mesh, t, direction)).collect()
+        directions.iter().enumerate().flat_map(|(t, &direction)| Self::of(mesh.points(t), direction)).collect()
     }
 }
 
@@ -150,14 +159,16 @@ impl Corner {
 type Ways = Vec<(f64, u32, u32)>;
 
 /// The tracing graph of a mesh with a cross per face. Arcs are found when a path first comes to their vertex, so that short
-/// traces on a large mesh stay cheap: about 5 microseconds and 2 kB a vertex.
+/// traces on a large mesh stay cheap, and kept as long as what they cross: about 5 microseconds and 2 kB a vertex.
 ///
 /// The polar frame of an interior vertex measures angles from the half-edge `topology.outgoing`, scaled to a full turn; that
 /// of a border vertex from its outgoing border half-edge through the inside, unscaled, up to [`FieldGraph::angle`].
 #[derive(Debug)]
-pub struct FieldGraph<'a> {
-    topology: &'a Topology,
-    corners: &'a [Corner],
+pub struct FieldGraph {
+    /// Of triangles. Who changes it renews the graph.
+    pub topology: Topology,
+    /// One for each half-edge, the same.
+    pub corners: Vec<Corner>,
     /// Direction of each half-edge in the frame of its origin.
     polar: Vec<f64>,
     /// Angles of a vertex's frame over those of the surface.
@@ -172,7 +183,7 @@ pub struct FieldGraph<'a> {
 
 /// Strip of triangles unfolded into the plane about the start, while looking for vertices in sight.
 struct Sight<'a> {
-    graph: &'a FieldGraph<'a>,
+    graph: &'a FieldGraph,
     found: Arcs,
     start: u32,
     /// Angle of the unfolded x axis in the frame of the start.
@@ -181,34 +192,74 @@ struct Sight<'a> {
     through: Vec<(u32, DVec2, DVec2)>,
 }
 
-impl<'a> FieldGraph<'a> {
+impl FieldGraph {
     /// Builds the graph from the corners of a triangle mesh, one for each half-edge.
-    pub fn new(topology: &'a Topology, corners: &'a [Corner]) -> Self {
-        let vertices = topology.outgoing.len();
+    pub fn new(topology: Topology, corners: Vec<Corner>) -> Self {
         let mut graph = Self {
             topology,
             corners,
-            polar: vec![0.0; topology.len()],
-            scale: vec![1.0; vertices],
-            angle: vec![0.0; vertices],
-            on_border: (0..vertices as u32).map(|v| topology.is_border_vertex(v)).collect(),
-            field: vec![OnceLock::new(); vertices],
-            arcs: vec![OnceLock::new(); vertices],
+            polar: vec![],
+            scale: vec![],
+            angle: vec![],
+            on_border: vec![],
+            field: vec![],
+            arcs: vec![],
             room: Mutex::default(),
         };
-        for v in 0..vertices {
+        graph.renew(&[], &[]);
+        graph
+    }
+
+    /// Vertices that may see one of these or over a triangle of theirs: what is known about them is to be renewed when triangles at these
+    /// vertices change. Costs what it finds.
+    pub fn seeing(&self, vertices: &[u32]) -> Vec<u32> {
+        let topology = &self.topology;
+        let mut found: Vec<u32> = vertices.iter().flat_map(|&v| topology.around(v)).map(|h| h / 3).collect();
+        found.sort_unstable();
+        found.dedup();
+        let mut known: HashSet<u32> = found.iter().copied().collect();
+        let mut from = 0;
+        for _ in 1..REACH {
+            let to = found.len();
+            for k in from..to {
+                let across = (3 * found[k]..3 * found[k] + 3).map(|h| topology.twin[h as usize]);
+                found.extend(across.filter(|&h| h != NONE && known.insert(h / 3)).map(|h| h / 3));
+            }
+            from = to;
+        }
+        let mut seeing: Vec<u32> = found.iter().flat_map(|t| 3 * t..3 * t + 3).map(|h| topology.from(h)).collect();
+        seeing.sort_unstable();
+        seeing.dedup();
+        seeing
+    }
+
+    /// Measures the frames of some vertices and of new ones again, and forgets what those that may see them saw, see
+    /// [`FieldGraph::seeing`].
+    pub fn renew(&mut self, vertices: &[u32], seeing: &[u32]) {
+        let (first, all) = (self.angle.len(), self.topology.outgoing.len());
+        self.polar.resize(self.topology.len(), 0.0);
+        self.scale.resize(all, 1.0);
+        self.angle.resize(all, 0.0);
+        self.on_border.resize(all, false);
+        self.field.resize_with(all, OnceLock::new);
+        self.arcs.resize_with(all, OnceLock::new);
+        for &v in seeing {
+            self.arcs[v as usize] = OnceLock::new();
+        }
+        for v in vertices.iter().copied().chain(first as u32..all as u32) {
+            let (topology, corners) = (&self.topology, &self.corners);
+            let on_border = topology.is_border_vertex(v);
             let mut sum = 0.0;
-            for h in topology.around(v as u32) {
-                graph.polar[h as usize] = sum;
+            for h in topology.around(v) {
+                self.polar[h as usize] = sum;
                 sum += corners[h as usize].angle;
             }
-            graph.angle[v] = sum;
-            if !graph.on_border[v] && sum > 0.0 {
-                graph.scale[v] = TAU / sum;
-                topology.around(v as u32).for_each(|h| graph.polar[h as usize] *= TAU / sum);
-            }
+            let scale = if on_border || sum <= 0.0 { 1.0 } else { TAU / sum };
+            topology.around(v).for_each(|h| self.polar[h as usize] *= scale);
+            let v = v as usize;
+            (self.angle[v], self.scale[v], self.on_border[v]) = (sum, scale, on_border);
+            self.field[v] = OnceLock::new();
         }
-        graph
     }
 
     /// The arcs that leave a vertex.
@@ -270,7 +321,8 @@ impl<'a> FieldGraph<'a> {
     ) -> Option<Trace> {
         let nodes = 4 * self.field.len();
         let room = || self.room.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut best = room().pop().unwrap_or_else(|| vec![NO_WAY; nodes]);
+        let mut best = room().pop().unwrap_or_default();
+        best.resize(nodes, NO_WAY);
         let mut reached_nodes = Vec::new();
         let found = self.search(start, direction, options, limit, &mut visit, (&mut best, &mut reached_nodes));
         for node in reached_nodes {
@@ -350,18 +402,28 @@ impl<'a> FieldGraph<'a> {
             steps.push((vertex(from), arc as usize));
             node = from;
         }
-        let arrival = self.arcs(steps[0].0).arcs[steps[0].1].back;
         let mut points = vec![TracePoint::Vertex(start)];
+        let mut angles = vec![];
         let mut length = 0.0;
+        // Of the way back from the vertex; from the start none.
+        let mut back = None;
         for &(v, index) in steps.iter().rev() {
             let Arcs { arcs, crossings } = self.arcs(v);
             let arc = arcs[index];
+            let left = back.map_or(self.angle(v) - arc.leave, |back: f64| {
+                (back - arc.leave).rem_euclid(TAU) / self.scale[v as usize]
+            });
+            angles.push([left, self.angle(v) - left]);
             let crossed = &crossings[arc.crossings[0] as usize..arc.crossings[1] as usize];
             points.extend(crossed.iter().map(|&(a, b, t)| TracePoint::Edge(a, b, t)));
+            angles.extend(crossed.iter().map(|_| [PI; 2]));
             points.push(TracePoint::Vertex(arc.to));
             length += arc.length;
+            back = Some(arc.back);
         }
-        Some(Trace { points, length, cost, arrival })
+        let last = self.arcs(steps[0].0).arcs[steps[0].1];
+        angles.push([last.back, self.angle(last.to) - last.back]);
+        Some(Trace { points, length, cost, arrival: last.back, angles })
     }
 
     /// Signed angle between two directions at a vertex.

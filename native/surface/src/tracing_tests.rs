@@ -15,7 +15,7 @@ fn place(mesh: &TriangleMesh, point: TracePoint) -> DVec3 {
 }
 
 /// Lands within 45 degrees of the middle of any border vertex's angle.
-fn land(graph: &FieldGraph<'_>, topology: &Topology, v: u32, back: f64) -> Visit {
+fn land(graph: &FieldGraph, topology: &Topology, v: u32, back: f64) -> Visit {
     if !topology.is_border_vertex(v) {
         return Visit::Pass;
     }
@@ -28,7 +28,7 @@ fn traces_in_a_rectangle_are_straight() {
     let mesh = plane_region(&[subdivided(&rectangle, 0.25)], |p| p.extend(0.0));
     let topology = Topology::of_triangles(&mesh);
     let corners = corners_of(&mesh, &topology);
-    let graph = FieldGraph::new(&topology, &corners);
+    let graph = FieldGraph::new(topology.clone(), corners);
     for v in (0..mesh.positions.len() as u32).filter(|&v| topology.is_border_vertex(v)) {
         let p = mesh.positions[v as usize];
         if rectangle.iter().any(|&c| c == p.truncate()) {
@@ -50,7 +50,7 @@ fn lengths_and_angles_agree_with_the_points() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.7 * (-0.4 * p.length_squared()).exp()));
     let topology = Topology::of_triangles(&mesh);
     let corners = corners_of(&mesh, &topology);
-    let graph = FieldGraph::new(&topology, &corners);
+    let graph = FieldGraph::new(topology.clone(), corners);
     let mut traced = 0;
     for v in 0..36 {
         let Some(trace) = graph.trace(v, graph.angle(v) / 2.0, &TraceOptions::default(), f64::INFINITY, |u, back| {
@@ -94,7 +94,7 @@ fn arcs_see_about_two_dozen_vertices_and_both_ways() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.3 * p.x * p.y));
     let topology = Topology::of_triangles(&mesh);
     let corners = corners_of(&mesh, &topology);
-    let graph = FieldGraph::new(&topology, &corners);
+    let graph = FieldGraph::new(topology.clone(), corners);
     let arcs = |v: u32| &graph.arcs(v).arcs;
     let interior: Vec<u32> = (0..mesh.positions.len() as u32).filter(|&v| !topology.is_border_vertex(v)).collect();
     let mean = interior.iter().map(|&v| arcs(v).len()).sum::<usize>() / interior.len();
@@ -117,7 +117,7 @@ fn limits_and_walls_stop_the_search() {
     let mesh = plane_region(&[circle(DVec2::ZERO, 2.0, 36)], |p| p.extend(0.0));
     let topology = Topology::of_triangles(&mesh);
     let corners = corners_of(&mesh, &topology);
-    let graph = FieldGraph::new(&topology, &corners);
+    let graph = FieldGraph::new(topology.clone(), corners);
     let from = |limit: f64, wall: bool| {
         graph.trace(0, graph.angle(0) / 2.0, &TraceOptions::default(), limit, |u, back| {
             if wall && topology.is_border_vertex(u) { Visit::Block } else { land(&graph, &topology, u, back) }

@@ -11,22 +11,25 @@
 //! corners as their quarters ask for, see [`field`], and cuts leave the sides that it asks for, where they can, see `divide`.
 
 mod assemble;
+mod canvas;
 mod divide;
+mod preview;
 mod refine;
 mod region;
 
 pub use region::CornerAngles;
 
-use divide::{Canvas, Step, divide, open_closed};
+use canvas::Canvas;
+use divide::{Step, divide, open_closed};
 use glam::DVec3;
 use mesh::{Cancelled, Monitor, Topology, TriangleMesh};
 use ordered_float::OrderedFloat;
-use region::Region;
+use region::{Bend, Outline, Region};
 use solve::components::connected_components;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, PI};
 use surface::cross_field::{CrossFieldError, cross_field, singularities};
-use surface::tracing::{Corner, TraceOptions};
+use surface::tracing::TraceOptions;
 
 /// Singularities that cancel are left out where they are closer than this, in edge lengths.
 const NEAR: f64 = 6.0;
@@ -233,36 +236,24 @@ pub fn trace_layout(
     trace_along(&fine, &chains, &field, options, monitor)
 }
 
-/// The parts of a surface between features, with the quarters of their corners. `index` is that of the cross at each vertex.
+/// A surface and its parts between features, with the quarters of their corners. `index` is that of the cross at each vertex.
 fn regions(
     mesh: &TriangleMesh,
     features: &[[u32; 2]],
     field: &[DVec3],
     index: Vec<i8>,
+    edge_length: f64,
     corners: &CornerAngles,
-) -> Vec<Region> {
-    let topology = Topology::of_triangles(mesh);
-    let fixed: Vec<bool> = (0..mesh.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect();
-    let feature_edges: Vec<u32> =
-        features.iter().filter_map(|&[a, b]| topology.find(a, b)).filter(|&h| !topology.is_border(h)).collect();
-    let whole = Region {
-        vertex: (0..mesh.positions.len() as u32).collect(),
-        quarters: vec![0; mesh.positions.len()],
-        index,
-        corners: Corner::of_mesh(mesh, field),
-        field: field.to_vec(),
-        mesh: mesh.clone(),
-        topology,
-    };
-    let mut regions = whole.open(&feature_edges, |_, _| 2);
-    let mut settled = fixed;
-    for region in regions.iter_mut().filter(|region| !region.is_closed()) {
-        for v in classify(region, corners) {
+) -> (Canvas, Vec<Region>) {
+    let (mut canvas, regions) = Canvas::new(mesh, features, field, index, edge_length);
+    let mut settled = canvas.fixed.clone();
+    for region in &regions {
+        for v in classify(&mut canvas, region, corners) {
             settled[v as usize] = true;
         }
     }
-    even_out(&mut regions, &settled, corners.slack);
-    regions
+    even_out(&mut canvas, &settled, corners.slack);
+    (canvas, regions)
 }
 
 /// A direction of the cross of each triangle: a smooth cross field that follows the border and the features, and turns at their corners
@@ -271,16 +262,10 @@ fn regions(
 /// # Errors
 /// [`LayoutError::Field`].
 pub fn field(mesh: &TriangleMesh, features: &[[u32; 2]], corners: &CornerAngles) -> Result<Vec<DVec3>, LayoutError> {
-    let topology = Topology::of_triangles(mesh);
     let blank = vec![DVec3::ZERO; mesh.triangles.len()];
-    let regions = regions(mesh, features, &blank, vec![0; mesh.positions.len()], corners);
-    // The triangles of each.
-    let mut members = vec![vec![]; regions.len()];
-    for (t, part) in (0..).zip(parts(mesh, features)) {
-        members[part as usize].push(t);
-    }
-    let given: Vec<(u32, DVec3)> = regions.iter().zip(&members).flat_map(|(region, own)| turned(region, own)).collect();
-    Ok(cross_field(mesh, &topology, features, &given)?.face_directions)
+    let (canvas, regions) = regions(mesh, features, &blank, vec![0; mesh.positions.len()], 0.0, corners);
+    let given: Vec<(u32, DVec3)> = regions.iter().flat_map(|region| turned(&canvas, region)).collect();
+    Ok(cross_field(mesh, &Topology::of_triangles(mesh), features, &given)?.face_directions)
 }
 
 /// [`trace_layout`] along a given field, one direction of the cross of each triangle, without refinement.
@@ -296,66 +281,52 @@ pub fn trace_along(
 ) -> Result<PatchLayout, LayoutError> {
     check(mesh)?;
     let topology = Topology::of_triangles(mesh);
-    let mut canvas = Canvas {
-        fixed: (0..mesh.positions.len() as u32).map(|v| topology.is_border_vertex(v)).collect(),
-        node: vec![false; mesh.positions.len()],
-        positions: mesh.positions.clone(),
-        edge_length: mean_edge(mesh, &topology, features),
-        failed: BTreeSet::new(),
-    };
     let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
     let mut kinds: BTreeMap<_, _> = features.iter().map(|&edge| (sorted(edge), SubSideKind::Feature)).collect();
     let border = (0..topology.len() as u32).filter(|&h| topology.is_border(h));
     kinds.extend(border.map(|h| (sorted([topology.from(h), topology.to(h)]), SubSideKind::Border)));
-    let index = indices(mesh, &singularities(mesh, &topology, field)?, NEAR * canvas.edge_length);
-    let regions = regions(mesh, features, field, index, &options.corners);
-    for region in &regions {
-        for (&v, &quarters) in region.vertex.iter().zip(&region.quarters) {
-            canvas.node[v as usize] |= quarters != 0 && quarters != 2;
-        }
+    let edge_length = mean_edge(mesh, &topology, features);
+    let index = indices(mesh, &singularities(mesh, &topology, field)?, NEAR * edge_length);
+    let (mut canvas, regions) = regions(mesh, features, field, index, edge_length, &options.corners);
+    for (&place, &quarters) in canvas.place.iter().zip(&canvas.quarters) {
+        canvas.node[place as usize] |= quarters != 0 && quarters != 2;
     }
     let mut pending = Vec::new();
     let mut undivided = Vec::new();
-    for (part, region) in (0..).zip(regions) {
-        if !region.is_closed() {
-            pending.push((part, region));
+    for region in regions {
+        let is_closed = region.triangles.iter().all(|t| (3 * t..3 * t + 3).all(|h| !canvas.topology().is_border(h)));
+        if !is_closed {
+            pending.push(region);
             continue;
         }
         match open_closed(&region, &mut canvas, options, monitor)? {
-            Some(parts) => pending.extend(parts.into_iter().map(|region| (part, region))),
-            None if options.partial => undivided.push(stuck(mesh, part, &region, Fault::Closed)),
-            None => return Err(stuck(mesh, part, &region, Fault::Closed).into()),
+            Some(parts) => pending.extend(parts),
+            None if options.partial => undivided.push(stuck(mesh, &canvas, &region, Fault::Closed)),
+            None => return Err(stuck(mesh, &canvas, &region, Fault::Closed).into()),
         }
     }
     pending.reverse();
-    let (mut patches, mut flattened): (Vec<(u32, Region)>, _) = (Vec::new(), Vec::new());
-    while let Some((part, region)) = pending.pop() {
+    let (mut patches, mut flattened) = (vec![], vec![]);
+    while let Some(mut region) = pending.pop() {
         match divide(&region, &mut canvas, options, monitor)? {
             Step::Patch => {
-                let mut patch = region;
-                patch.split_chords(&mut canvas.positions);
-                patches.push((part, patch));
+                canvas.split_chords(&mut region);
+                patches.push(region);
             }
-            Step::Parts(parts) => pending.extend(parts.into_iter().rev().map(|region| (part, region))),
-            Step::Flattened(region, v) => {
+            Step::Parts(parts) => pending.extend(parts.into_iter().rev()),
+            Step::Flattened(v) => {
                 flattened.push(v);
-                pending.push((part, *region));
+                pending.push(region);
             }
             Step::Stuck(fault) if options.partial => {
-                undivided.push(stuck(mesh, part, &region, fault));
-                patches.retain(|patch| patch.0 != part);
-                pending.retain(|region| region.0 != part);
+                undivided.push(stuck(mesh, &canvas, &region, fault));
+                patches.retain(|patch: &Region| patch.part != region.part);
+                pending.retain(|other| other.part != region.part);
             }
-            Step::Stuck(fault) => return Err(stuck(mesh, part, &region, fault).into()),
+            Step::Stuck(fault) => return Err(stuck(mesh, &canvas, &region, fault).into()),
         }
     }
-    let (parts, regions): (Vec<u32>, Vec<Region>) = patches.into_iter().unzip();
-    let mut layout = assemble::assemble(&regions, canvas.positions, &kinds, flattened);
-    for (patch, part) in layout.patches.iter_mut().zip(parts) {
-        patch.part = part;
-    }
-    layout.undivided = undivided;
-    Ok(layout)
+    Ok(assemble::assemble(&canvas, &patches, &kinds, flattened, undivided))
 }
 
 /// The part of each triangle: connected triangles that no feature separates, in the order of their first ones. O(triangles log features).
@@ -378,24 +349,23 @@ pub fn parts(mesh: &TriangleMesh, features: &[[u32; 2]]) -> Vec<u32> {
 
 /// Crosses of the triangles around corners whose quarters are not those nearest to their angle: they turn evenly from one edge to the other.
 /// Left to itself the field would turn the other way, and have a singularity beside each.
-fn turned(region: &Region, members: &[u32]) -> Vec<(u32, DVec3)> {
-    let angles = region.angles();
+fn turned(canvas: &Canvas, region: &Region) -> Vec<(u32, DVec3)> {
     let mut given = vec![];
-    for v in (0..region.quarters.len()).filter(|v| region.quarters[*v] > 0) {
-        let wanted = f64::from(region.quarters[v]) * FRAC_PI_2;
-        if (angles[v] - wanted).abs() < PI / 4.0 {
+    for bend in Outline::new(canvas, region).loops.into_iter().flatten() {
+        let wanted = f64::from(bend.quarters) * FRAC_PI_2;
+        if (bend.angle - wanted).abs() < PI / 4.0 {
             continue;
         }
         let mut passed = 0.0;
-        for h in region.topology.around(v as u32) {
-            let angle = region.corners[h as usize].angle;
-            let turn = angle / 2.0 - wanted * (passed + angle / 2.0) / angles[v];
+        for h in canvas.topology().around(bend.vertex) {
+            let angle = canvas.graph.corners[h as usize].angle;
+            let turn = angle / 2.0 - wanted * (passed + angle / 2.0) / bend.angle;
             passed += angle;
-            let t = h as usize / 3;
-            let at = |v: u32| region.mesh.positions[v as usize];
-            let along = (at(region.topology.to(h)) - at(v as u32)).normalize();
-            let across = region.mesh.area_normal(t).normalize().cross(along);
-            given.push((members[t], turn.cos() * along + turn.sin() * across));
+            let [a, b, c] = [h, canvas.topology().next[h as usize], canvas.topology().prev[h as usize]]
+                .map(|h| canvas.at(canvas.topology().from(h)));
+            let along = (b - a).normalize();
+            let across = (b - a).cross(c - a).normalize().cross(along);
+            given.push((h / 3, turn.cos() * along + turn.sin() * across));
         }
     }
     given
@@ -445,18 +415,17 @@ fn mean_edge(mesh: &TriangleMesh, topology: &Topology, features: &[[u32; 2]]) ->
 }
 
 /// Gives every border vertex its quarters by how the border turns there. Returns those of the whole mesh's vertices that are part of a bend.
-fn classify(region: &mut Region, corners: &CornerAngles) -> Vec<u32> {
-    let angles = region.angles();
+fn classify(canvas: &mut Canvas, region: &Region, corners: &CornerAngles) -> Vec<u32> {
     let mut bends = vec![];
-    for border in region.loops() {
-        let turns: Vec<f64> = border.iter().map(|&v| PI - angles[v as usize]).collect();
-        for (k, &v) in border.iter().enumerate() {
+    for border in Outline::new(canvas, region).loops {
+        let turns: Vec<f64> = border.iter().map(|bend| PI - bend.angle).collect();
+        for (k, bend) in border.iter().enumerate() {
             let before = turns[(k + turns.len() - 1) % turns.len()];
             let quarters = corners.quarters(before, turns[k], turns[(k + 1) % turns.len()]);
-            region.quarters[v as usize] = quarters;
+            canvas.quarters[bend.vertex as usize] = quarters;
         }
         if corners.fillet > 0.0 {
-            bends.extend(join_bends(region, &border, &turns, corners.fillet));
+            bends.extend(join_bends(&mut canvas.quarters, &border, &turns, corners.fillet));
         }
     }
     bends
@@ -467,10 +436,10 @@ const STRAIGHT: f64 = PI / 36.0;
 
 /// Bends of a border that turn one way within a length are one: their corners are where it has turned by odd multiples of 45 degrees, one for
 /// each right angle.
-fn join_bends(region: &mut Region, border: &[u32], turns: &[f64], length: f64) -> Vec<u32> {
+fn join_bends(quarters: &mut [u8], border: &[Bend], turns: &[f64], length: f64) -> Vec<u32> {
     let n = border.len();
     let mut bends = vec![];
-    let at = |k: usize| region.mesh.positions[border[k % n] as usize];
+    let at = |k: usize| border[k % n].at;
     let sign = |k: usize| if turns[k % n].abs() < STRAIGHT { 0.0 } else { turns[k % n].signum() };
     // From where the turn changes, so that no bend is cut.
     let goes_on = |k: usize| sign(k) == sign(k - 1) && at(k - 1).distance(at(k)) < length / 2.0;
@@ -486,12 +455,12 @@ fn join_bends(region: &mut Region, border: &[u32], turns: &[f64], length: f64) -
         if sign(from) != 0.0 && to > from + 1 && run <= length {
             let count = (turn.abs() / FRAC_PI_2).round();
             let mut passed = 0.0;
-            bends.extend((from..to).map(|k| region.vertex[border[k % n] as usize]));
+            bends.extend((from..to).map(|k| border[k % n].place));
             for k in from..to {
                 let before = (passed / turn * count + 0.5).floor();
                 passed += turns[k % n];
                 let more = ((passed / turn * count + 0.5).floor() - before) as u8;
-                region.quarters[border[k % n] as usize] = if turn > 0.0 { 2 - more.min(1) } else { 2 + more };
+                quarters[border[k % n].vertex as usize] = if turn > 0.0 { 2 - more.min(1) } else { 2 + more };
             }
         }
         from = to;
@@ -502,37 +471,36 @@ fn join_bends(region: &mut Region, border: &[u32], turns: &[f64], length: f64) -
 /// Gives corners around interior vertices whose angles come nearest to four quarters in all a quarter more or less until they are four,
 /// the nearest first, as long as each stays within `slack` of its angle. Rounded one by one they may be three or five, and a bend
 /// of a feature would be an irregular vertex.
-fn even_out(regions: &mut [Region], on_border: &[bool], slack: f64) {
-    let mut around = BTreeMap::<u32, Vec<(usize, usize, f64)>>::new();
-    for (r, region) in regions.iter().enumerate() {
-        let angles = region.angles();
-        for (v, &at) in region.vertex.iter().enumerate().filter(|(v, _)| region.quarters[*v] > 0) {
-            if !on_border[at as usize] {
-                around.entry(at).or_default().push((r, v, angles[v] / FRAC_PI_2));
-            }
+fn even_out(canvas: &mut Canvas, on_border: &[bool], slack: f64) {
+    // Vertices and the quarters nearest to their angles, by place.
+    let mut around = BTreeMap::<u32, Vec<(usize, f64)>>::new();
+    for (v, &place) in canvas.place.iter().enumerate().filter(|(v, _)| canvas.quarters[*v] > 0) {
+        if !on_border[place as usize] {
+            around.entry(place).or_default().push((v, canvas.graph.angle(v as u32) / FRAC_PI_2));
         }
     }
+    let quarters = &mut canvas.quarters;
     // Elsewhere another number is right: three at a cube's corner.
-    let wants_four = |corners: &&Vec<(usize, usize, f64)>| (corners.iter().map(|c| c.2).sum::<f64>() - 4.0).abs() < 0.5;
+    let wants_four = |corners: &&Vec<(usize, f64)>| (corners.iter().map(|c| c.1).sum::<f64>() - 4.0).abs() < 0.5;
     for corners in around.values().filter(wants_four) {
         loop {
-            let quarters = |&(r, v, _): &(usize, usize, f64)| regions[r].quarters[v];
-            let all: u8 = corners.iter().map(quarters).sum();
+            let all: u8 = corners.iter().map(|&(v, _)| quarters[v]).sum();
             let step: i8 = if all < 4 { 1 } else { -1 };
-            let changed = |corner: &(usize, usize, f64)| quarters(corner).saturating_add_signed(step);
-            let off = |corner: &(usize, usize, f64)| (corner.2 - f64::from(changed(corner))).abs();
+            let changed = |corner: &(usize, f64)| quarters[corner.0].saturating_add_signed(step);
+            let off = |corner: &(usize, f64)| (corner.1 - f64::from(changed(corner))).abs();
             let nearest = corners.iter().filter(|corner| changed(corner) > 0).min_by(|a, b| off(a).total_cmp(&off(b)));
-            let Some(&(r, v, _)) = nearest.filter(|corner| all != 4 && off(corner) < slack) else { break };
-            regions[r].quarters[v] = regions[r].quarters[v].saturating_add_signed(step);
+            let Some(&(v, _)) = nearest.filter(|corner| all != 4 && off(corner) < slack) else { break };
+            quarters[v] = quarters[v].saturating_add_signed(step);
         }
     }
 }
 
 /// A part that a region of it keeps from being divided, told in the caller's triangles.
-fn stuck(mesh: &TriangleMesh, part: u32, region: &Region, fault: Fault) -> Undivided {
-    let own: BTreeSet<u32> = region.vertex.iter().copied().collect();
+fn stuck(mesh: &TriangleMesh, canvas: &Canvas, region: &Region, fault: Fault) -> Undivided {
+    let own: BTreeSet<u32> =
+        region.triangles.iter().flat_map(|&t| canvas.corners(t)).map(|v| canvas.place[v as usize]).collect();
     let touches = |t: &u32| mesh.triangles[*t as usize].iter().any(|v| own.contains(v));
-    Undivided { part, fault, triangles: (0..mesh.triangles.len() as u32).filter(touches).collect() }
+    Undivided { part: region.part, fault, triangles: (0..mesh.triangles.len() as u32).filter(touches).collect() }
 }
 
 impl From<Undivided> for LayoutError {
