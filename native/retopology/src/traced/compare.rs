@@ -20,6 +20,8 @@ const MOST_WEAK: f64 = 0.001;
 const LEAST_JACOBIAN: f64 = 0.3;
 const MOST_ANGLE: f64 = 10.0;
 const LEAST_FOLLOWED: f64 = 0.99;
+/// Shares of the features that differ by less are the same.
+const FOLLOWED_ALIKE: f64 = 0.005;
 const MOST_DRIFT: f64 = 0.04;
 const NEAR: f64 = 0.05;
 /// Where quads are few, all have angles that are off by more, and traced ones may by so many times as much.
@@ -40,11 +42,6 @@ impl Work<'_> {
             && self.shapes().0 >= (LEAST_JACOBIAN - 0.05).min(PROMISING * others.shapes().0)
     }
 
-    /// Whether these quads, traced and refilled, may follow the features when they are finished.
-    pub fn may_follow(&self, others: &Self) -> bool {
-        self.followed() >= others.followed().min(LEAST_FOLLOWED) - 0.005
-    }
-
     /// Whether these quads, traced and finished, are sound, follow the features, and have fewer irregular vertices than the others and
     /// about as many quads as are wanted. Where the others `are_finished` it is enough to be as well shaped.
     pub fn is_better(&self, others: &Self, are_finished: bool, target: Option<f64>) -> bool {
@@ -61,9 +58,9 @@ impl Work<'_> {
         self.weak() <= weak && shapes.0 >= jacobian && shapes.1 <= angle && self.follows(others)
     }
 
-    /// Whether these quads follow the features as well as the others, or well enough.
+    /// Whether these quads follow the features about as well as the others, or well enough.
     pub fn follows(&self, others: &Self) -> bool {
-        self.followed() >= others.followed().min(LEAST_FOLLOWED)
+        self.followed() >= (others.followed() - FOLLOWED_ALIKE).min(LEAST_FOLLOWED)
     }
 
     /// Where the quads and their surface are further from each other than this: vertices and middles of triangles and quads.
@@ -99,7 +96,7 @@ impl Work<'_> {
     }
 
     /// Number of quads with a scaled Jacobian below [`LEAST`].
-    fn weak(&self) -> usize {
+    pub fn weak(&self) -> usize {
         let corners = |quad: &[u32; 4]| quad.map(|v| self.filled.positions[v as usize]);
         self.filled.quads.iter().filter(|quad| scaled_jacobian(corners(quad)) < LEAST).count()
     }

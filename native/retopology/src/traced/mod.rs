@@ -146,7 +146,7 @@ impl<'a> Remaking<'_, 'a> {
             if !remade.promises(work, self.target) {
                 break;
             }
-            if !remade.may_follow(work) {
+            if !remade.follows(work) {
                 if room.is_infinite() {
                     break;
                 }
@@ -155,18 +155,28 @@ impl<'a> Remaking<'_, 'a> {
             }
             let before = remade.filled.positions.clone();
             remade.relax(&vec![true; before.len()], wanted, self.smooth, TIMES, monitor)?;
+            let bad = |work: &Work<'_>, off: &[DVec3]| (work.inverted().len() + off.len(), work.weak());
+            // What is put back may leave no room for what is not.
+            let mut off = lost(&remade);
+            let mut least = (bad(&remade, &off), remade.clone());
             for bends in [false, true] {
-                if !remade.put_back(&before, (WEAK, &lost(&remade)), (RINGS, bends), self.smooth, monitor)? {
+                if least.0 == (0, 0) || !remade.put_back(&before, (WEAK, &off), (RINGS, bends), self.smooth, monitor)? {
                     break;
                 }
+                off = lost(&remade);
+                let now = bad(&remade, &off);
+                if now < least.0 {
+                    least = (now, remade.clone());
+                }
             }
+            remade = least.1;
             let done = remade.mend_all(self.smooth, self.sound, true, monitor)?;
             let lost = lost(&remade);
             let follows = remade.follows(work);
             let mut bad = remade.inverted();
             bad.extend(&lost);
-            let rank = (!follows, done.1, lost.len());
-            if best.as_ref().is_none_or(|best| rank <= (!best.follows, best.done.1, best.lost)) {
+            let rank = (done.1, lost.len(), !follows);
+            if best.as_ref().is_none_or(|best| rank <= (best.done.1, best.lost, !best.follows)) {
                 best = Some(Remade { work: remade, done, lost: lost.len(), follows });
             }
             if bad.is_empty() {
