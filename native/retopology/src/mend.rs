@@ -112,7 +112,10 @@ pub(crate) fn mend(
                 let drifts = |part: usize| after.abs_diff(wanted) > count.abs_diff(wanted).max(wanted / part);
                 let is_better = found.least() > least_old + 1e-6
                     || found.least() >= least_old && shortfall(&old) > shortfall(&found.qualities) + LEAST_GAIN;
-                is_better && !drifts(if least_old <= INVERTED { MOST_DRIFT_FOR_INVERTED } else { MOST_DRIFT })
+                let inverted = |values: &[f64]| values.iter().filter(|value| **value <= INVERTED).count();
+                is_better
+                    && inverted(&found.qualities) <= inverted(&old)
+                    && !drifts(if least_old <= INVERTED { MOST_DRIFT_FOR_INVERTED } else { MOST_DRIFT })
             });
             let Some(better) = better else {
                 // The search had its chance at all of the region's bad quads, not at the first only.

@@ -19,6 +19,7 @@ use mesh::{DVec3, Monitor, NONE};
 use quadrangulate::PatchTopology;
 use quadrangulate::improve::{NEAREST, QuadPatch, Setting, refill};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use surface::closest::ClosestPoint;
 use surface::smooth::{Constraint, SmoothOptions};
 use surface::smooth_star::Reference;
@@ -42,6 +43,8 @@ const WORST_REACHED: f64 = 0.15;
 /// Traced quads keep the corners that they were given at features, up to a right angle off: with [`NEAREST`] a fish and a goat's head got a
 /// tenth more irregular vertices when they were refilled.
 const TRACED_SLACK: f64 = 1.0;
+/// Rings of quads around mended ones that move once more.
+const MOVE_ON_RINGS: usize = 4;
 /// Most quads that are replaced together to take out irregular vertices.
 const LARGEST: usize = 800;
 /// Vertices of a rail that are put back by less, in edge lengths, leave all others where they are.
@@ -201,15 +204,11 @@ impl<'a> Work<'a> {
         }
         let mut near = vec![false; positions.len()];
         slipped.iter().flat_map(|&q| quads[q]).for_each(|v| near[v as usize] = true);
-        let grow = |near: &mut Vec<bool>| {
-            let reached: Vec<_> = quads.iter().filter(|quad| quad.iter().any(|&v| near[v as usize])).collect();
-            reached.into_iter().flatten().for_each(|&v| near[v as usize] = true);
-        };
-        (0..rings).for_each(|_| grow(&mut near));
+        (0..rings).for_each(|_| self.grow(&mut near));
         let own = |v: usize| if bends { constraint(places[v], self.rails) } else { self.constraints[v] };
         let goes = |&v: &usize| near[v] && (own(v) == Constraint::Free || bends && own(v) != Constraint::Fixed);
         let back: Vec<usize> = (0..near.len()).filter(goes).collect();
-        (0..rings).for_each(|_| grow(&mut near));
+        (0..rings).for_each(|_| self.grow(&mut near));
         for v in back {
             self.filled.positions[v] = before[v];
             self.constraints[v] = Constraint::Fixed;
@@ -218,6 +217,13 @@ impl<'a> Work<'a> {
         part.smooth(1, smooth, monitor)?;
         self.take_back(&part, &names, &near);
         Ok(true)
+    }
+
+    /// Adds the vertices of all quads that have a marked one.
+    fn grow(&self, near: &mut [bool]) {
+        let is_near = |quad: &&[u32; 4]| quad.iter().any(|&v| near[v as usize]);
+        let reached: Vec<&[u32; 4]> = self.filled.quads.iter().filter(is_near).collect();
+        reached.into_iter().flatten().for_each(|&v| near[v as usize] = true);
     }
 
     /// Vertices of a part, where they are now. Those that may not move are where they were, but held: they keep their constraint.
@@ -425,16 +431,33 @@ impl<'a> Work<'a> {
         move_on: bool,
         monitor: &Monitor,
     ) -> Result<(usize, usize), LayoutError> {
+        let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
+        let known: BTreeSet<[u64; 3]> = self.filled.positions.iter().map(bits).collect();
         let (mut mended, mut inverted) = self.mend(smooth, sound, monitor)?;
-        if inverted > 0 && self.release(&self.pinned()) > 0 {
+        let mut loose = self.clone();
+        if inverted > 0 && loose.release(&loose.pinned()) > 0 {
             // No bend is worth an inverted quad.
-            self.smooth(1, smooth, monitor)?;
-            let more = self.mend(smooth, mend::INVERTED, monitor)?;
-            (mended, inverted) = (mended + more.0, more.1);
+            loose.smooth(1, smooth, monitor)?;
+            let more = loose.mend(smooth, mend::INVERTED, monitor)?;
+            if more.1 < inverted {
+                *self = loose;
+                (mended, inverted) = (mended + more.0, more.1);
+            }
         }
         if move_on && mended > 0 {
-            // The quads around each place were held.
-            self.smooth(1, smooth, monitor)?;
+            // The quads around each place were held. Some have no room to move without one turning over.
+            let mut near: Vec<bool> = self.filled.positions.iter().map(|p| !known.contains(&bits(p))).collect();
+            (0..MOVE_ON_RINGS).for_each(|_| self.grow(&mut near));
+            let before = self.filled.positions.clone();
+            let (mut part, names) = self.part(&near);
+            part.smooth(1, smooth, monitor)?;
+            self.take_back(&part, &names, &near);
+            let now = self.inverted().len();
+            if now > inverted {
+                self.filled.positions = before;
+            } else {
+                inverted = now;
+            }
         }
         Ok((mended, inverted))
     }

@@ -56,7 +56,12 @@ pub(super) fn assemble(
         let corners = border[1..].iter().filter(|&&(_, corner)| corner).map(|&(v, _)| v);
         let mut corners: Vec<u32> = corners.collect();
         corners.rotate_right(1);
-        patches.push(Patch { triangles: (first..mesh.triangles.len() as u32).collect(), corners, sides, part: region.part });
+        patches.push(Patch {
+            triangles: (first..mesh.triangles.len() as u32).collect(),
+            corners,
+            sides,
+            part: region.part,
+        });
     }
     PatchLayout { mesh, patches, sub_sides, flattened, undivided }
 }

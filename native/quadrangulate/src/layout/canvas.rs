@@ -63,8 +63,7 @@ impl Canvas {
             edge_length,
             failed: BTreeSet::new(),
         };
-        let ends: Vec<u32> =
-            edges.iter().flat_map(|&h| [canvas.topology().from(h), canvas.topology().to(h)]).collect();
+        let ends: Vec<u32> = edges.iter().flat_map(|&h| [canvas.topology().from(h), canvas.topology().to(h)]).collect();
         canvas.open(&edges, &BTreeMap::new());
         canvas.graph.renew(&ends, &[]);
         let mut seen = vec![false; mesh.triangles.len()];
@@ -77,7 +76,8 @@ impl Canvas {
                 while let Some(&t) = triangles.get(next) {
                     next += 1;
                     let across = (3 * t..3 * t + 3).map(|h| canvas.topology().twin[h as usize]).filter(|h| *h != NONE);
-                    triangles.extend(across.map(|h| h / 3).filter(|&t| !std::mem::replace(&mut seen[t as usize], true)));
+                    triangles
+                        .extend(across.map(|h| h / 3).filter(|&t| !std::mem::replace(&mut seen[t as usize], true)));
                 }
                 triangles.sort_unstable();
                 regions.push(Region { triangles, part: regions.len() as u32 });
@@ -139,12 +139,15 @@ impl Canvas {
             .collect();
         let edges: Vec<u32> = path.windows(2).filter_map(|w| self.topology().find(w[0], w[1])).collect();
         debug_assert_eq!(edges.len() + 1, trace.points.len(), "the path is one of edges");
-        let sides: Sides =
-            [edges.iter().map(|h| h / 3).collect(), edges.iter().map(|&h| self.topology().twin[h as usize] / 3).collect()];
+        let sides: Sides = [
+            edges.iter().map(|h| h / 3).collect(),
+            edges.iter().map(|&h| self.topology().twin[h as usize] / 3).collect(),
+        ];
         // Which side of the path each corner at the two ends lies on, decided before the cut.
         let mut quarters_at: BTreeMap<u32, u8> = BTreeMap::new();
         if let [first, .., last] | [first @ last] = edges[..] {
-            let ends = [(path[0], share.start, first), (path[path.len() - 1], share.end, self.topology().twin[last as usize])];
+            let ends =
+                [(path[0], share.start, first), (path[path.len() - 1], share.end, self.topology().twin[last as usize])];
             for (v, share, along) in ends {
                 let mut side = 0;
                 for h in self.topology().around(v) {
@@ -252,7 +255,9 @@ impl Canvas {
         let ends = |h: u32| [topology.from(h), topology.to(h)];
         let half_edges = region.triangles.iter().flat_map(|t| 3 * t..3 * t + 3);
         let chord = |h: &u32| {
-            *h < topology.twin[*h as usize] && !topology.is_border(*h) && ends(*h).iter().all(|&v| self.quarters[v as usize] > 0)
+            *h < topology.twin[*h as usize]
+                && !topology.is_border(*h)
+                && ends(*h).iter().all(|&v| self.quarters[v as usize] > 0)
         };
         let chords: Vec<[u32; 2]> = half_edges.filter(chord).map(ends).collect();
         for [a, b] in chords {

@@ -207,8 +207,7 @@ impl Search<'_> {
                 let q = quarters[start as usize];
                 let graph = &self.canvas.graph;
                 let direction = graph.angle(start) * f64::from(j) / f64::from(q);
-                let found =
-                    graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back, start));
+                let found = graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back, start));
                 Ok(found.map(|trace| {
                     let end = trace.end();
                     let (i, _) = self.quarter_of(end, trace.arrival);
