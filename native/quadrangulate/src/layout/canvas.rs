@@ -168,7 +168,9 @@ impl Canvas {
             return vec![Region { triangles: all, ..*region }];
         };
         let mut is_few = vec![false; self.field.len()];
-        few.iter().for_each(|&t| is_few[t as usize] = true);
+        for &t in &few {
+            is_few[t as usize] = true;
+        }
         let first = is_few[all[0] as usize];
         let (one, other) = all.into_iter().partition(|&t| is_few[t as usize] == first);
         [one, other].map(|triangles| Region { triangles, ..*region }).into()
@@ -194,9 +196,9 @@ impl Canvas {
         }
         let mut next = 0;
         loop {
-            for side in 0..2 {
-                let Some(&t) = reached[side].get(next) else {
-                    return Some((side, std::mem::take(&mut reached[side])));
+            for (side, reached) in reached.iter_mut().enumerate() {
+                let Some(&t) = reached.get(next) else {
+                    return Some((side, std::mem::take(reached)));
                 };
                 for h in 3 * t..3 * t + 3 {
                     let across = twin[h as usize];
@@ -206,7 +208,7 @@ impl Canvas {
                     let mark = &mut marks[across as usize / 3];
                     if *mark == 0 && walls.binary_search(&h).is_err() {
                         *mark = side as u8 + 1;
-                        reached[side].push(across / 3);
+                        reached.push(across / 3);
                     } else if *mark == 2 - side as u8 && walls.binary_search(&h).is_err() {
                         return None;
                     }
@@ -240,7 +242,9 @@ impl Canvas {
                 }
                 topology.outgoing[id as usize] = first;
                 let fan: Vec<u32> = topology.around(id).collect();
-                fan.into_iter().for_each(|h| topology.origin[h as usize] = id);
+                for h in fan {
+                    topology.origin[h as usize] = id;
+                }
                 self.quarters[id as usize] = quarters_at.get(&first).copied().unwrap_or(if old == 0 { 2 } else { old });
                 self.index[id as usize] = 0;
                 id = NONE;

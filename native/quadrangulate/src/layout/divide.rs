@@ -21,7 +21,7 @@ const STARTS: usize = 48;
 /// But so many on each side.
 const STARTS_A_SIDE: usize = 6;
 /// Cuts evaluated in one region, cheapest traces first; more, up to the second number, while none of them helps.
-const CUTS: [usize; 2] = [24, 120];
+const CUTS: [usize; 2] = [96, 400];
 /// Traces of which the cheapest are wanted that are looked for at the same time.
 const TOGETHER: usize = 4;
 

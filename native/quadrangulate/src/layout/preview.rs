@@ -191,18 +191,13 @@ fn cut_loops(canvas: &Canvas, outline: &Outline, trace: &Trace, share: Share) ->
     };
     let [start, end] = [trace.start(), trace.end()];
     let from_end = after(end).unwrap_or_default();
-    match from_end.iter().position(|bend| bend.vertex == start) {
-        Some(at) => {
-            left.extend(&from_end[..at]);
-            right.extend(&from_end[at + 1..]);
-            CutLoops { new: vec![left, right], others }
-        }
-        None => {
-            let from_start = after(start).unwrap_or_default();
-            left.extend(from_end);
-            left.extend(right);
-            left.extend(from_start);
-            CutLoops { new: vec![left], others }
-        }
+    if let Some(at) = from_end.iter().position(|bend| bend.vertex == start) {
+        left.extend(&from_end[..at]);
+        right.extend(&from_end[at + 1..]);
+        return CutLoops { new: vec![left, right], others };
     }
+    left.extend(from_end);
+    left.extend(right);
+    left.extend(after(start).unwrap_or_default());
+    CutLoops { new: vec![left], others }
 }

@@ -131,7 +131,7 @@ impl Outline {
         Self {
             loops,
             singular,
-            euler_characteristic: vertices - (3 * faces + borders) / 2 + faces,
+            euler_characteristic: vertices - i64::midpoint(3 * faces, borders) + faces,
             area: region.triangles.iter().map(|&t| canvas.area(t)).sum(),
         }
     }
