@@ -11,27 +11,27 @@ use surface::smooth_star::Polyline;
 
 /// Traced quads are looked at further when they have this many times the irregular vertices at most.
 const FEWER: f64 = 0.9;
-/// What traced quads must be, or what the others are: the scaled Jacobian of nearly all, that of all but one quad in a hundred, the mean
-/// deviation of angles, degrees, the share of the features within [`NEAR`] edge lengths; and the number of quads, as a fraction off
-/// the wanted one.
+/// What well shaped quads are: the scaled Jacobian of nearly all and the share that may be below it, the scaled Jacobian of all but one
+/// quad in a hundred, and the mean deviation of angles, degrees.
 const LEAST: f64 = 0.05;
-/// Share of the quads that may be below the first beside as many as the others have.
 const MOST_WEAK: f64 = 0.001;
 const LEAST_JACOBIAN: f64 = 0.3;
 const MOST_ANGLE: f64 = 10.0;
+/// What twice the share of weak quads that may be is worth, where the whole of another measure is 1.
+const WEAK_LACK: f64 = 0.05;
+/// What traced quads may lack more than the others for each irregular vertex that those have and they have not, as a share of those, where
+/// both lack the same.
+const PRICE: f64 = 0.2;
+/// The share of the features within [`NEAR`] edge lengths that is enough; shares that differ by less than the second are the same.
 const LEAST_FOLLOWED: f64 = 0.99;
-/// Shares of the features that differ by less are the same.
 const FOLLOWED_ALIKE: f64 = 0.005;
-const MOST_DRIFT: f64 = 0.04;
 const NEAR: f64 = 0.05;
-/// Where quads are few, all have angles that are off by more, and traced ones may by so many times as much.
-const MORE: f64 = 1.1;
+/// The number of quads, as a fraction off the wanted one.
+const MOST_DRIFT: f64 = 0.0495;
 /// Traced quads are not finished where their number is off by more than this.
-pub(super) const MOST_OFF: f64 = 2.0 * MOST_DRIFT;
+pub(super) const MOST_OFF: f64 = 0.08;
 /// Traced quads are finished where all but one in a hundred have this share of the scaled Jacobian that the others have now.
 const PROMISING: f64 = 0.25;
-/// Shapes that differ by less are the same: the worst quad of a narrow corner is often where it was.
-const SAME: f64 = 1e-6;
 
 impl Work<'_> {
     /// Whether these quads, traced and refilled, may be better than the others when they are finished: well before that it shows where
@@ -42,20 +42,30 @@ impl Work<'_> {
             && self.shapes().0 >= (LEAST_JACOBIAN - 0.05).min(PROMISING * others.shapes().0)
     }
 
-    /// Whether these quads, traced and finished, are sound, follow the features, and have fewer irregular vertices than the others and
-    /// about as many quads as are wanted. Where the others `are_finished` it is enough to be as well shaped.
+    /// Whether these quads, traced and finished, follow the features, and have fewer irregular vertices than the others and about as many
+    /// quads as are wanted, without being worse shaped. Where the others are not finished yet, they must be well shaped.
     pub fn is_better(&self, others: &Self, are_finished: bool, target: Option<f64>) -> bool {
-        if self.irregular() >= others.irregular() || self.off(others, target) > MOST_DRIFT {
+        let [ours, theirs] = [self, others].map(|quads| quads.irregular() as f64);
+        if ours >= theirs || self.off(others, target) > MOST_DRIFT || !self.follows(others) {
             return false;
         }
-        let theirs = others.shapes();
-        let weak = others.weak() + (MOST_WEAK * self.filled.quads.len() as f64) as usize;
-        let (mut jacobian, mut angle) = (LEAST_JACOBIAN, MOST_ANGLE);
-        if are_finished {
-            (jacobian, angle) = (jacobian.min(theirs.0 - SAME), angle.max(MORE * theirs.1));
+        let shape = self.lacks();
+        if !are_finished {
+            return shape.iter().all(|lack| *lack == 0.0);
         }
-        let shapes = self.shapes();
-        self.weak() <= weak && shapes.0 >= jacobian && shapes.1 <= angle && self.follows(others)
+        let others = others.lacks();
+        let spoils = shape.iter().zip(&others).any(|(own, other)| *own > 0.0 && *other == 0.0);
+        let price = if spoils { 0.0 } else { PRICE * (1.0 - ours / theirs) };
+        shape.iter().sum::<f64>() <= others.iter().sum::<f64>() + price
+    }
+
+    /// How far the quads are from being well shaped: in the scaled Jacobian of all but one in a hundred and in the mean deviation of
+    /// angles, as fractions of what they should be, and in quads that are hardly valid, in so many times the share that may be.
+    fn lacks(&self) -> [f64; 3] {
+        let (jacobian, angle) = self.shapes();
+        let weak = self.weak() as f64 / self.filled.quads.len() as f64;
+        [1.0 - jacobian / LEAST_JACOBIAN, angle / MOST_ANGLE - 1.0, WEAK_LACK * (weak / MOST_WEAK - 1.0)]
+            .map(|lack| lack.max(0.0))
     }
 
     /// Whether these quads follow the features about as well as the others, or well enough.
