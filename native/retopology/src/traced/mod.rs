@@ -124,7 +124,15 @@ impl<'a> Remaking<'_, 'a> {
             |quads: &Work<'_>| -> Vec<DVec3> { quads.apart(&surface, most).into_iter().map(|(p, _)| p).collect() };
         let mut best: Option<Remade<'a>> = None;
         let (mut division, mut room) = (None, ROOM);
-        for _ in 0..TRIES {
+        // More old quads stay at points; whether that made a difference.
+        let grow = |stay: &mut Stay<'_>, points: Vec<DVec3>| {
+            let before = stay.count();
+            let seeds: Vec<usize> =
+                points.into_iter().map(|p| old.under.project(p).triangle as usize / 2).collect();
+            stay.grow(&seeds, RINGS);
+            stay.count() > before
+        };
+        for attempt in 0..=TRIES {
             let Some((parts, traced, plan)) = (match division.take() {
                 None => self.divided(&old, &mut stay, monitor)?,
                 found => found,
@@ -151,6 +159,10 @@ impl<'a> Remaking<'_, 'a> {
                     break;
                 }
                 (division, room) = (Some((parts, traced, plan)), f64::INFINITY);
+                continue;
+            }
+            // Finishing seldom turns quads back.
+            if attempt == 0 && grow(&mut stay, remade.inverted()) {
                 continue;
             }
             let before = remade.filled.positions.clone();
@@ -184,14 +196,9 @@ impl<'a> Remaking<'_, 'a> {
                     break;
                 }
                 division = Some((parts, traced, plan));
-            } else {
-                let seeds: Vec<usize> = bad.into_iter().map(|p| old.under.project(p).triangle as usize / 2).collect();
-                let before = stay.count();
-                stay.grow(&seeds, RINGS);
-                if stay.count() == before {
-                    // They are beside quads that stay already.
-                    break;
-                }
+            } else if !grow(&mut stay, bad) {
+                // They are beside quads that stay already.
+                break;
             }
             if !follows {
                 room = f64::INFINITY;
