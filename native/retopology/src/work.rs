@@ -219,6 +219,20 @@ impl<'a> Work<'a> {
         Ok(true)
     }
 
+    /// The vertices of the quads nearest to some points, and of so many rings around them.
+    pub(crate) fn around(&self, points: &[DVec3], rings: usize) -> Vec<bool> {
+        let Filled { positions, quads, .. } = &self.filled;
+        let closest = ClosestPoint::of_quads(positions, quads.iter().copied());
+        let mut near = vec![false; positions.len()];
+        for &p in points {
+            for v in quads[closest.project(p).triangle as usize / 2] {
+                near[v as usize] = true;
+            }
+        }
+        (0..rings).for_each(|_| self.grow(&mut near));
+        near
+    }
+
     /// Adds the vertices of all quads that have a marked one.
     fn grow(&self, near: &mut [bool]) {
         let is_near = |quad: &&[u32; 4]| quad.iter().any(|&v| near[v as usize]);

@@ -31,7 +31,7 @@ const MOST_DRIFT: f64 = 0.0495;
 /// Traced quads are not finished where their number is off by more than this.
 pub(super) const MOST_OFF: f64 = 0.08;
 /// Traced quads are finished where all but one in a hundred have this share of the scaled Jacobian that the others have now.
-const PROMISING: f64 = 0.25;
+const PROMISING: f64 = 0.2;
 
 impl Work<'_> {
     /// Whether these quads, traced and refilled, may be better than the others when they are finished: well before that it shows where

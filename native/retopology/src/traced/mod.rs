@@ -43,6 +43,8 @@ const TRIES: usize = 3;
 const WEAK: f64 = 0.1;
 /// Rings of quads around those that cannot be laid anew that stay as well.
 const RINGS: usize = 2;
+/// Rings of quads around those that are turned over that are finished first, to see whether they stay so.
+const PROBE_RINGS: usize = 6;
 /// Old quads stay where new ones are further from them than this, in edge lengths: the tip of a finger that few quads would cover.
 const MOST_LOST: f64 = 0.7;
 /// And where finished ones are further from the surface than this, as a fraction of its diagonal, and than the old ones are.
@@ -127,8 +129,7 @@ impl<'a> Remaking<'_, 'a> {
         // More old quads stay at points; whether that made a difference.
         let grow = |stay: &mut Stay<'_>, points: Vec<DVec3>| {
             let before = stay.count();
-            let seeds: Vec<usize> =
-                points.into_iter().map(|p| old.under.project(p).triangle as usize / 2).collect();
+            let seeds: Vec<usize> = points.into_iter().map(|p| old.under.project(p).triangle as usize / 2).collect();
             stay.grow(&seeds, RINGS);
             stay.count() > before
         };
@@ -161,9 +162,16 @@ impl<'a> Remaking<'_, 'a> {
                 (division, room) = (Some((parts, traced, plan)), f64::INFINITY);
                 continue;
             }
-            // Finishing seldom turns quads back.
-            if attempt == 0 && grow(&mut stay, remade.inverted()) {
-                continue;
+            // What is turned over now and stays so where only what lies around it is finished will be in the end.
+            let early = if attempt == 0 { remade.inverted() } else { vec![] };
+            if !early.is_empty() {
+                let mut probe = remade.clone();
+                let near = probe.around(&early, PROBE_RINGS);
+                probe.relax(&near, wanted, self.smooth, 1, monitor)?;
+                let still = probe.inverted();
+                if !still.is_empty() && grow(&mut stay, if still.len() < early.len() { still } else { early }) {
+                    continue;
+                }
             }
             let before = remade.filled.positions.clone();
             remade.relax(&vec![true; before.len()], wanted, self.smooth, TIMES, monitor)?;
