@@ -19,8 +19,7 @@ const LEAST_JACOBIAN: f64 = 0.3;
 const MOST_ANGLE: f64 = 10.0;
 /// What twice the share of weak quads that may be is worth, where the whole of another measure is 1.
 const WEAK_LACK: f64 = 0.05;
-/// What traced quads may lack more than the others for each irregular vertex that those have and they have not, as a share of those, where
-/// both lack the same.
+/// What traced quads may lack more than the others for the irregular vertices that those have and they have not, as a share of those.
 const PRICE: f64 = 0.2;
 /// The share of the features within [`NEAR`] edge lengths that is enough; shares that differ by less than the second are the same.
 const LEAST_FOLLOWED: f64 = 0.99;
@@ -54,9 +53,7 @@ impl Work<'_> {
             return shape.iter().all(|lack| *lack == 0.0);
         }
         let others = others.lacks();
-        let spoils = shape.iter().zip(&others).any(|(own, other)| *own > 0.0 && *other == 0.0);
-        let price = if spoils { 0.0 } else { PRICE * (1.0 - ours / theirs) };
-        shape.iter().sum::<f64>() <= others.iter().sum::<f64>() + price
+        shape.iter().sum::<f64>() <= others.iter().sum::<f64>() + PRICE * (1.0 - ours / theirs)
     }
 
     /// How far the quads are from being well shaped: in the scaled Jacobian of all but one in a hundred and in the mean deviation of

@@ -96,6 +96,17 @@ pub(crate) struct Remade<'a> {
     pub follows: bool,
 }
 
+/// Quads turned over, points too far from the surface, and whether features are not followed: the lower the better.
+type Rank = (usize, usize, bool);
+/// The highest of quads that can be taken.
+const SOUND: Rank = (0, 0, false);
+
+impl Remade<'_> {
+    fn rank(&self) -> Rank {
+        (self.done.1, self.lost, !self.follows)
+    }
+}
+
 impl<'a> Remaking<'_, 'a> {
     /// The quads laid anew over a traced layout and finished, but for some that stay as they are; `None` where those are most, or
     /// where it shows before they are finished that the new ones are no better.
@@ -125,11 +136,12 @@ impl<'a> Remaking<'_, 'a> {
         let lost =
             |quads: &Work<'_>| -> Vec<DVec3> { quads.apart(&surface, most).into_iter().map(|(p, _)| p).collect() };
         let mut best: Option<Remade<'a>> = None;
+        let mut set_aside = None;
         let (mut division, mut room) = (None, ROOM);
         // More old quads stay at points; whether that made a difference.
-        let grow = |stay: &mut Stay<'_>, points: Vec<DVec3>| {
+        let grow = |stay: &mut Stay<'_>, points: &[DVec3]| {
             let before = stay.count();
-            let seeds: Vec<usize> = points.into_iter().map(|p| old.under.project(p).triangle as usize / 2).collect();
+            let seeds: Vec<usize> = points.iter().map(|&p| old.under.project(p).triangle as usize / 2).collect();
             stay.grow(&seeds, RINGS);
             stay.count() > before
         };
@@ -152,6 +164,10 @@ impl<'a> Remaking<'_, 'a> {
             remade.relax(&vec![true; remade.filled.positions.len()], &first, self.smooth, 0, monitor)?;
             remade.refill(&vec![false; remade.filled.quads.len()], monitor)?;
             remade.let_go();
+            if attempt == 0 && grow(&mut stay, &self.hopeless(&remade, monitor)?) {
+                set_aside = Some(remade);
+                continue;
+            }
             if !remade.promises(work, self.target) {
                 break;
             }
@@ -162,49 +178,17 @@ impl<'a> Remaking<'_, 'a> {
                 (division, room) = (Some((parts, traced, plan)), f64::INFINITY);
                 continue;
             }
-            // What is turned over now and stays so where only what lies around it is finished will be in the end.
-            let early = if attempt == 0 { remade.inverted() } else { vec![] };
-            if !early.is_empty() {
-                let mut probe = remade.clone();
-                let near = probe.around(&early, PROBE_RINGS);
-                probe.relax(&near, wanted, self.smooth, 1, monitor)?;
-                let still = probe.inverted();
-                if !still.is_empty() && grow(&mut stay, if still.len() < early.len() { still } else { early }) {
-                    continue;
-                }
+            let (remade, bad) = self.finished(remade, &lost, monitor)?;
+            let (is_sound, follows) = (bad.is_empty(), remade.follows);
+            if best.as_ref().is_none_or(|best| remade.rank() <= best.rank()) {
+                best = Some(remade);
             }
-            let before = remade.filled.positions.clone();
-            remade.relax(&vec![true; before.len()], wanted, self.smooth, TIMES, monitor)?;
-            let bad = |work: &Work<'_>, off: &[DVec3]| (work.inverted().len() + off.len(), work.weak());
-            // What is put back may leave no room for what is not.
-            let mut off = lost(&remade);
-            let mut least = (bad(&remade, &off), remade.clone());
-            for bends in [false, true] {
-                if least.0 == (0, 0) || !remade.put_back(&before, (WEAK, &off), (RINGS, bends), self.smooth, monitor)? {
-                    break;
-                }
-                off = lost(&remade);
-                let now = bad(&remade, &off);
-                if now < least.0 {
-                    least = (now, remade.clone());
-                }
-            }
-            remade = least.1;
-            let done = remade.mend_all(self.smooth, self.sound, true, monitor)?;
-            let lost = lost(&remade);
-            let follows = remade.follows(work);
-            let mut bad = remade.inverted();
-            bad.extend(&lost);
-            let rank = (done.1, lost.len(), !follows);
-            if best.as_ref().is_none_or(|best| rank <= (best.done.1, best.lost, !best.follows)) {
-                best = Some(Remade { work: remade, done, lost: lost.len(), follows });
-            }
-            if bad.is_empty() {
+            if is_sound {
                 if follows || room.is_infinite() {
                     break;
                 }
                 division = Some((parts, traced, plan));
-            } else if !grow(&mut stay, bad) {
+            } else if !grow(&mut stay, &bad) {
                 // They are beside quads that stay already.
                 break;
             }
@@ -212,7 +196,61 @@ impl<'a> Remaking<'_, 'a> {
                 room = f64::INFINITY;
             }
         }
+        if best.as_ref().is_none_or(|best| best.rank() > SOUND)
+            && let Some(remade) = set_aside
+            && remade.promises(work, self.target)
+        {
+            let (remade, _) = self.finished(remade, &lost, monitor)?;
+            if best.as_ref().is_none_or(|best| remade.rank() < best.rank()) {
+                best = Some(remade);
+            }
+        }
         Ok(best)
+    }
+
+    /// Quads that are turned over, and stay so where only what lies around them is finished: as a rule they are so in the end.
+    fn hopeless(&self, remade: &Work<'a>, monitor: &Monitor) -> Result<Vec<DVec3>, LayoutError> {
+        let found = remade.inverted();
+        if found.is_empty() {
+            return Ok(found);
+        }
+        let mut probe = remade.clone();
+        let near = probe.around(&found, PROBE_RINGS);
+        probe.relax(&near, self.wanted, self.smooth, 1, monitor)?;
+        let still = probe.inverted();
+        Ok(if still.len() < found.len() { still } else { found })
+    }
+
+    /// Quads finished, and where they are turned over or `lost`.
+    fn finished(
+        &self,
+        mut remade: Work<'a>,
+        lost: &impl Fn(&Work<'_>) -> Vec<DVec3>,
+        monitor: &Monitor,
+    ) -> Result<(Remade<'a>, Vec<DVec3>), LayoutError> {
+        let before = remade.filled.positions.clone();
+        remade.relax(&vec![true; before.len()], self.wanted, self.smooth, TIMES, monitor)?;
+        let bad = |work: &Work<'_>, off: &[DVec3]| (work.inverted().len() + off.len(), work.weak());
+        // What is put back may leave no room for what is not.
+        let mut off = lost(&remade);
+        let mut least = (bad(&remade, &off), remade.clone());
+        for bends in [false, true] {
+            if least.0 == (0, 0) || !remade.put_back(&before, (WEAK, &off), (RINGS, bends), self.smooth, monitor)? {
+                break;
+            }
+            off = lost(&remade);
+            let now = bad(&remade, &off);
+            if now < least.0 {
+                least = (now, remade.clone());
+            }
+        }
+        remade = least.1;
+        let done = remade.mend_all(self.smooth, self.sound, true, monitor)?;
+        let lost = lost(&remade);
+        let follows = remade.follows(self.work);
+        let mut bad = remade.inverted();
+        bad.extend(&lost);
+        Ok((Remade { work: remade, done, lost: lost.len(), follows }, bad))
     }
 
     fn corners(&self) -> CornerAngles {
