@@ -20,7 +20,7 @@ const MOST_ANGLE: f64 = 10.0;
 /// What twice the share of weak quads that may be is worth, where the whole of another measure is 1.
 const WEAK_LACK: f64 = 0.05;
 /// What traced quads may lack more than the others for the irregular vertices that those have and they have not, as a share of those.
-const PRICE: f64 = 0.2;
+const PRICE: f64 = 0.25;
 /// The share of the features within [`NEAR`] edge lengths that is enough; shares that differ by less than the second are the same.
 const LEAST_FOLLOWED: f64 = 0.99;
 const FOLLOWED_ALIKE: f64 = 0.005;
@@ -30,7 +30,7 @@ const MOST_DRIFT: f64 = 0.0495;
 /// Traced quads are not finished where their number is off by more than this.
 pub(super) const MOST_OFF: f64 = 0.08;
 /// Traced quads are finished where all but one in a hundred have this share of the scaled Jacobian that the others have now.
-const PROMISING: f64 = 0.2;
+const PROMISING: f64 = 0.1;
 
 impl Work<'_> {
     /// Whether these quads, traced and refilled, may be better than the others when they are finished: well before that it shows where
@@ -45,7 +45,7 @@ impl Work<'_> {
     /// quads as are wanted, without being worse shaped. Where the others are not finished yet, they must be well shaped.
     pub fn is_better(&self, others: &Self, are_finished: bool, target: Option<f64>) -> bool {
         let [ours, theirs] = [self, others].map(|quads| quads.irregular() as f64);
-        if ours >= theirs || self.off(others, target) > MOST_DRIFT || !self.follows(others) {
+        if ours >= theirs || self.off(others, target) > MOST_DRIFT || !self.follows(others, 0.0) {
             return false;
         }
         let shape = self.lacks();
@@ -65,9 +65,9 @@ impl Work<'_> {
             .map(|lack| lack.max(0.0))
     }
 
-    /// Whether these quads follow the features about as well as the others, or well enough.
-    pub fn follows(&self, others: &Self) -> bool {
-        self.followed() >= (others.followed() - FOLLOWED_ALIKE).min(LEAST_FOLLOWED)
+    /// Whether these quads follow the features about as well as the others, or well enough, but for so much of them.
+    pub fn follows(&self, others: &Self, less: f64) -> bool {
+        self.followed() >= (others.followed() - FOLLOWED_ALIKE).min(LEAST_FOLLOWED) - less
     }
 
     /// Where the quads and their surface are further from each other than this: vertices and middles of triangles and quads.

@@ -43,6 +43,8 @@ const TRIES: usize = 3;
 const WEAK: f64 = 0.1;
 /// Rings of quads around those that cannot be laid anew that stay as well.
 const RINGS: usize = 2;
+/// Share of the features that finishing may gain, where vertices do not stay on the bends from the start and where they do.
+const GAINED: [f64; 2] = [0.005, 0.02];
 /// Rings of quads around those that are turned over that are finished first, to see whether they stay so.
 const PROBE_RINGS: usize = 6;
 /// Old quads stay where new ones are further from them than this, in edge lengths: the tip of a finger that few quads would cover.
@@ -171,7 +173,7 @@ impl<'a> Remaking<'_, 'a> {
             if !remade.promises(work, self.target) {
                 break;
             }
-            if !remade.follows(work) {
+            if !remade.follows(work, GAINED[usize::from(room.is_infinite())]) {
                 if room.is_infinite() {
                     break;
                 }
@@ -247,7 +249,7 @@ impl<'a> Remaking<'_, 'a> {
         remade = least.1;
         let done = remade.mend_all(self.smooth, self.sound, true, monitor)?;
         let lost = lost(&remade);
-        let follows = remade.follows(self.work);
+        let follows = remade.follows(self.work, 0.0);
         let mut bad = remade.inverted();
         bad.extend(&lost);
         Ok((Remade { work: remade, done, lost: lost.len(), follows }, bad))
