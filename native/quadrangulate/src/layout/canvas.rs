@@ -332,3 +332,153 @@ impl Canvas {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::preview::Preview;
+    use super::super::region::{Outline, Shape};
+    use super::super::{LayoutOptions, indices};
+    use super::*;
+    use glam::DVec2;
+    use std::f64::consts::FRAC_PI_4;
+    use surface::tracing::{TraceOptions, Visit};
+    use testkit::plane_region::{circle, plane_region};
+
+    /// A hilly disk with two holes whose cross turns by a quarter about one of its vertices, and its one region.
+    fn canvas() -> (Canvas, Region) {
+        let hill = |p: DVec2| p.extend(0.5 * (-p.length_squared()).exp());
+        let holes = [circle(DVec2::new(-1.0, 0.3), 0.4, 14), circle(DVec2::new(1.1, -0.2), 0.5, 16)];
+        let mesh = plane_region(&[circle(DVec2::ZERO, 2.2, 60), holes[0].clone(), holes[1].clone()], hill);
+        let centre = |t: usize| mesh.points(t).into_iter().sum::<DVec3>() / 3.0;
+        let turned = |t: usize| {
+            let angle = centre(t).truncate().to_angle() / 4.0;
+            DVec3::new(angle.cos(), angle.sin(), 0.0)
+        };
+        let field: Vec<DVec3> = (0..mesh.triangles.len()).map(turned).collect();
+        let middle = (0..mesh.positions.len()).min_by(|&a, &b| {
+            let far = |v: usize| mesh.positions[v].truncate().length();
+            far(a).total_cmp(&far(b))
+        });
+        let index = indices(&mesh, &[(middle.expect("a vertex") as u32, 1)], 0.0);
+        let (canvas, mut regions) = Canvas::new(&mesh, &[], &field, index, 0.2);
+        assert_eq!(regions.len(), 1);
+        (canvas, regions.remove(0))
+    }
+
+    /// A trace from each border vertex of a region.
+    fn traces(canvas: &Canvas, outline: &Outline) -> Vec<(Trace, Share)> {
+        let graph = &canvas.graph;
+        let mut found = vec![];
+        for bend in outline.loops.iter().flatten() {
+            let lands = |v: u32, back: f64| {
+                let off = (back - graph.angle(v) / 2.0).abs();
+                match canvas.quarters[v as usize] {
+                    0 => Visit::Pass,
+                    2 if off < FRAC_PI_4 => Visit::Land(0.0),
+                    _ => Visit::Block,
+                }
+            };
+            if bend.quarters == 2 {
+                let options = TraceOptions::default();
+                let trace = graph.trace(bend.vertex, bend.angle / 2.0, &options, f64::INFINITY, lands);
+                found.extend(trace.map(|trace| (trace, Share { start: [1, 1], end: [1, 1] })));
+            }
+        }
+        found
+    }
+
+    /// Checks the topology against one built anew, and what tracing measures against a graph built anew.
+    fn check(canvas: &Canvas, regions: &[Region]) {
+        let own = canvas.topology();
+        let count = own.len() as u32 / 3;
+        let triangles: Vec<[u32; 3]> = (0..count).map(|t| canvas.corners(t)).collect();
+        let fresh = Topology::new(canvas.place.len(), &triangles);
+        assert_eq!((&own.twin, &own.face, &own.next), (&fresh.twin, &fresh.face, &fresh.next));
+        assert_eq!((&own.prev, &own.origin), (&fresh.prev, &fresh.origin));
+        for v in 0..canvas.place.len() as u32 {
+            assert_eq!(own.from(own.outgoing[v as usize]), v);
+            assert_eq!(own.is_border_vertex(v), fresh.is_border_vertex(v));
+            assert_eq!(own.around(v).count(), fresh.around(v).count());
+        }
+        let mut all: Vec<u32> = regions.iter().flat_map(|region| region.triangles.clone()).collect();
+        all.sort_unstable();
+        assert!(all.into_iter().eq(0..count));
+        let anew = FieldGraph::new(own.clone(), canvas.graph.corners.clone());
+        for region in regions {
+            for bend in Outline::new(canvas, region).loops.into_iter().flatten().step_by(7) {
+                let land =
+                    |v: u32, _: f64| if canvas.quarters[v as usize] > 0 { Visit::Land(0.0) } else { Visit::Pass };
+                let [own, anew] = [&canvas.graph, &anew].map(|graph| {
+                    graph.trace(bend.vertex, graph.angle(bend.vertex) / 2.0, &TraceOptions::default(), 9.0, land)
+                });
+                assert_eq!(own, anew);
+            }
+        }
+    }
+
+    #[test]
+    fn a_cut_leaves_what_its_preview_says_and_all_that_is_known_stays_true() {
+        let options = LayoutOptions { regular: true, longest: 1.0, ..LayoutOptions::default() };
+        let (mut joined, mut apart) = (0, 0);
+        for first in (0..90).step_by(3) {
+            let (mut canvas, region) = canvas();
+            let mut regions = vec![region];
+            // Three cuts, one after another.
+            for k in 0..3 {
+                let region = regions.remove(0);
+                let outline = Outline::new(&canvas, &region);
+                let all = traces(&canvas, &outline);
+                assert!(all.len() > 10);
+                let (trace, share) = &all[(first + 11 * k) % all.len()];
+                let Some(preview) = Preview::new(&canvas, &outline, trace, *share, &options) else {
+                    regions.push(region);
+                    continue;
+                };
+                let parts = canvas.cut(&region, trace, *share);
+                let outlines: Vec<Outline> = parts.iter().map(|part| Outline::new(&canvas, part)).collect();
+                let shape = |outline: &Outline| {
+                    Shape::of(&outline.loops, outline.euler_characteristic, outline.index(&canvas), &options)
+                };
+                let shapes: Vec<Shape> = outlines.iter().map(shape).collect();
+                let balance = match &outlines[..] {
+                    [a, b] => a.area.min(b.area) / outline.area,
+                    _ => 0.5,
+                };
+                let left = Preview::of(&shapes, balance);
+                assert!((left.balance - preview.balance).abs() < 1e-9);
+                assert_eq!(Preview { balance: 0.0, ..left }, Preview { balance: 0.0, ..preview });
+                if parts.len() == 1 {
+                    joined += 1;
+                } else {
+                    apart += 1;
+                }
+                regions.extend(parts);
+                regions.sort_by_key(|region| std::cmp::Reverse(region.triangles.len()));
+            }
+            check(&canvas, &regions);
+        }
+        assert!(joined >= 10 && apart >= 10, "{joined} {apart}");
+    }
+
+    #[test]
+    fn edges_between_border_vertices_are_split() {
+        let mut split = 0;
+        for k in 0..20 {
+            let (mut canvas, region) = canvas();
+            let all = traces(&canvas, &Outline::new(&canvas, &region));
+            let (trace, share) = &all[3 * k];
+            for mut part in canvas.cut(&region, trace, *share) {
+                let before = part.triangles.len();
+                canvas.split_chords(&mut part);
+                split += part.triangles.len() - before;
+                let topology = canvas.topology();
+                let is_chord = |h: u32| {
+                    let ends = [topology.from(h), topology.to(h)];
+                    !topology.is_border(h) && ends.iter().all(|&v| canvas.quarters[v as usize] > 0)
+                };
+                assert!(!part.triangles.iter().flat_map(|t| 3 * t..3 * t + 3).any(is_chord));
+            }
+        }
+        assert!(split > 0);
+    }
+}

@@ -138,7 +138,7 @@ impl Preview {
         Some(Self::of(&shapes, area.min(outline.area - area) / outline.area))
     }
 
-    fn of(shapes: &[Shape], balance: f64) -> Self {
+    pub fn of(shapes: &[Shape], balance: f64) -> Self {
         let sum = |of: fn(&Shape) -> usize| shapes.iter().map(of).sum();
         Self {
             badness: sum(Shape::badness),

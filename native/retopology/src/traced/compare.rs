@@ -52,8 +52,7 @@ impl Work<'_> {
         if !are_finished {
             return shape.iter().all(|lack| *lack == 0.0);
         }
-        let others = others.lacks();
-        shape.iter().sum::<f64>() <= others.iter().sum::<f64>() + PRICE * (1.0 - ours / theirs)
+        is_worth(1.0 - ours / theirs, shape, others.lacks())
     }
 
     /// How far the quads are from being well shaped: in the scaled Jacobian of all but one in a hundred and in the mean deviation of
@@ -140,5 +139,28 @@ impl Work<'_> {
             }
         }
         if all > 0.0 { near / all } else { 1.0 }
+    }
+}
+
+/// Whether a share of irregular vertices less is worth what these quads lack more than the others.
+fn is_worth(saved: f64, own: [f64; 3], others: [f64; 3]) -> bool {
+    own.iter().sum::<f64>() <= others.iter().sum::<f64>() + PRICE * saved
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fewer_irregular_vertices_outweigh_a_little_shape() {
+        // A goat's head and a wing nut, whose angles are off by a degree more than ten, with half the irregular vertices.
+        assert!(is_worth(0.59, [0.0, 0.1, 0.0], [0.0; 3]));
+        assert!(is_worth(0.45, [0.0, 0.09, 0.0], [0.0; 3]));
+        // Fish whose angles are off by 14 degrees instead of 7, and a hand with slivers.
+        assert!(!is_worth(0.55, [0.0, 0.4, 0.0], [0.0; 3]));
+        assert!(!is_worth(0.45, [0.5, 0.0, 0.2], [0.0; 3]));
+        // Among quads that are all badly shaped the better ones.
+        assert!(is_worth(0.1, [0.5, 0.6, 0.1], [0.6, 0.7, 0.0]));
+        assert!(!is_worth(0.1, [0.6, 0.8, 0.1], [0.6, 0.7, 0.0]));
     }
 }
