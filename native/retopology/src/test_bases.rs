@@ -48,6 +48,15 @@ pub(crate) fn tetrahedron() -> PolygonMesh {
     polyhedron(&points, &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
 }
 
+/// A square as a fan of seven triangles, whose quads from pairs have irregular vertices that a square needs not.
+pub(crate) fn fan() -> PolygonMesh {
+    let border = [[0., 0.], [3., 0.], [4., 0.], [4., 1.5], [4., 4.], [1., 4.], [0., 4.]];
+    let mut points: Vec<[f64; 3]> = border.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+    points.push([2.5, 1.5, 0.0]);
+    let faces: Vec<[u32; 3]> = (0..7).map(|k| [k, (k + 1) % 7, 7]).collect();
+    polyhedron(&points, &faces)
+}
+
 /// A box with a square hole through it: genus 1, all edges features.
 pub(crate) fn frame(holes: u32) -> PolygonMesh {
     // Cells of a plate, all solid but the middle ones; its outer faces are the frame.
