@@ -116,7 +116,7 @@ impl Canvas {
 
     /// Cuts a region along a path and returns its one or two parts, the one that holds the first triangle first.
     ///
-    /// The path must be one that [`super::preview::Preview::new`] takes.
+    /// The path must be one that [`super::preview::Crossing::new`] takes.
     pub fn cut(&mut self, region: &Region, trace: &Trace, share: Share) -> Vec<Region> {
         let mut near = BTreeSet::new();
         for &point in &trace.points {
