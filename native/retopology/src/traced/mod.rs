@@ -45,6 +45,8 @@ const WEAK: f64 = 0.1;
 const RINGS: usize = 2;
 /// Share of the features that finishing may gain, where vertices do not stay on the bends from the start and where they do.
 const GAINED: [f64; 2] = [0.005, 0.02];
+/// So few quads that are turned over finishing turns back, as a rule, or they are mended.
+const MENDED: usize = 1;
 /// Rings of quads around those that are turned over that are finished first, to see whether they stay so.
 const PROBE_RINGS: usize = 6;
 /// Old quads stay where new ones are further from them than this, in edge lengths: the tip of a finger that few quads would cover.
@@ -213,12 +215,13 @@ impl<'a> Remaking<'_, 'a> {
     /// Quads that are turned over, and stay so where only what lies around them is finished: as a rule they are so in the end.
     fn hopeless(&self, remade: &Work<'a>, monitor: &Monitor) -> Result<Vec<DVec3>, LayoutError> {
         let found = remade.inverted();
-        if found.is_empty() {
-            return Ok(found);
+        if found.len() <= MENDED {
+            return Ok(vec![]);
         }
         let mut probe = remade.clone();
         let near = probe.around(&found, PROBE_RINGS);
-        probe.relax(&near, self.wanted, self.smooth, 1, monitor)?;
+        // Without the pull, which has no room between what is held.
+        probe.relax(&near, &Wanted { rounds: 0, ..*self.wanted }, self.smooth, 1, monitor)?;
         let still = probe.inverted();
         Ok(if still.len() < found.len() { still } else { found })
     }
