@@ -61,8 +61,6 @@ pub struct Trace {
     pub length: f64,
     /// Length with the penalties for turning and for landing.
     pub cost: f64,
-    /// Angle, in the polar frame of the last vertex, of the way back along the path.
-    pub arrival: f64,
     /// Angles on the surface left and right of the path at each point; at the two ends, which lie on the border, between the path and that.
     pub angles: Vec<[f64; 2]>,
 }
@@ -76,6 +74,11 @@ impl Trace {
     /// The vertex it lands on.
     pub fn end(&self) -> u32 {
         self.vertex_at(self.points.len() - 1)
+    }
+
+    /// Angle, in the polar frame of the last vertex, of the way back along the path.
+    pub fn arrival(&self) -> f64 {
+        self.angles[self.angles.len() - 1][0]
     }
 
     /// The vertices it comes through, both ends included.
@@ -423,7 +426,7 @@ impl FieldGraph {
         }
         let last = self.arcs(steps[0].0).arcs[steps[0].1];
         angles.push([last.back, self.angle(last.to) - last.back]);
-        Some(Trace { points, length, cost, arrival: last.back, angles })
+        Some(Trace { points, length, cost, angles })
     }
 
     /// Signed angle between two directions at a vertex.

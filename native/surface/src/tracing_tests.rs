@@ -84,7 +84,7 @@ fn lengths_and_angles_agree_with_the_points() {
             }
             sum += a.angle_between(b);
         }
-        assert!((seen.expect("between two edges") - trace.arrival).abs() < 1e-6);
+        assert!((seen.expect("between two edges") - trace.arrival()).abs() < 1e-6);
     }
     assert!(traced >= 30, "{traced} of 36");
 }

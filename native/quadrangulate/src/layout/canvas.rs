@@ -7,6 +7,7 @@
 use super::region::{Region, Share};
 use glam::DVec3;
 use mesh::{NONE, Topology, TriangleMesh};
+use solve::components::connected_components;
 use std::collections::{BTreeMap, BTreeSet};
 use surface::tracing::{Corner, FieldGraph, Trace, TracePoint};
 
@@ -66,23 +67,10 @@ impl Canvas {
         let ends: Vec<u32> = edges.iter().flat_map(|&h| [canvas.topology().from(h), canvas.topology().to(h)]).collect();
         canvas.open(&edges, &BTreeMap::new());
         canvas.graph.renew(&ends, &[]);
-        let mut seen = vec![false; mesh.triangles.len()];
-        let mut regions = vec![];
-        for seed in 0..seen.len() as u32 {
-            if !seen[seed as usize] {
-                seen[seed as usize] = true;
-                let mut triangles = vec![seed];
-                let mut next = 0;
-                while let Some(&t) = triangles.get(next) {
-                    next += 1;
-                    let across = (3 * t..3 * t + 3).map(|h| canvas.topology().twin[h as usize]).filter(|h| *h != NONE);
-                    triangles
-                        .extend(across.map(|h| h / 3).filter(|&t| !std::mem::replace(&mut seen[t as usize], true)));
-                }
-                triangles.sort_unstable();
-                regions.push(Region { triangles, part: regions.len() as u32 });
-            }
-        }
+        let twin = &canvas.topology().twin;
+        let joined = twin.iter().enumerate().filter(|(_, h)| **h != NONE).map(|(g, h)| (g as u32 / 3, h / 3));
+        let parts = connected_components(mesh.triangles.len(), joined);
+        let regions = (0..).zip(parts).map(|(part, triangles)| Region { triangles, part }).collect();
         (canvas, regions)
     }
 

@@ -210,7 +210,7 @@ impl Search<'_> {
                 let found = graph.trace(start, direction, self.options, limit, |v, back| self.visit(v, back, start));
                 Ok(found.map(|trace| {
                     let end = trace.end();
-                    let (i, _) = self.quarter_of(end, trace.arrival);
+                    let (i, _) = self.quarter_of(end, trace.arrival());
                     let share = Share { start: [j, q - j], end: [i, quarters[end as usize] - i] };
                     Candidate { trace, share }
                 }))

@@ -38,7 +38,7 @@ impl Work<'_> {
     pub fn promises(&self, others: &Self, target: Option<f64>) -> bool {
         self.irregular() as f64 <= FEWER * others.irregular() as f64
             && self.off(others, target) <= MOST_OFF
-            && self.shapes().0 >= (LEAST_JACOBIAN - 0.05).min(PROMISING * others.shapes().0)
+            && self.shapes().0 >= PROMISING * others.shapes().0
     }
 
     /// Whether these quads, traced and finished, follow the features, and have fewer irregular vertices than the others and about as many

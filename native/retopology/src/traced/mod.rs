@@ -219,7 +219,7 @@ impl<'a> Remaking<'_, 'a> {
             return Ok(vec![]);
         }
         let mut probe = remade.clone();
-        let near = probe.around(&found, PROBE_RINGS);
+        let near = probe.around(&probe.nearest(&found), PROBE_RINGS);
         // Without the pull, which has no room between what is held.
         probe.relax(&near, &Wanted { rounds: 0, ..*self.wanted }, self.smooth, 1, monitor)?;
         let still = probe.inverted();

@@ -12,6 +12,7 @@ use surface::smooth::{Constraint, SmoothOptions};
 
 /// Rings of quads around mended ones that move once more.
 const MOVE_ON_RINGS: usize = 4;
+
 impl Work<'_> {
     /// Takes back the moves of vertices around quads that got worse than `weak` by them, and around points: those within so many rings go
     /// to where they were `before` and are held there, those around them are smoothed. Vertices on bends stay unless `bends` says so. Returns
@@ -35,16 +36,11 @@ impl Work<'_> {
             now < weak && quality(q, before) > now
         };
         let mut slipped: Vec<usize> = (0..quads.len()).filter(got_weak).collect();
-        if !points.is_empty() {
-            let closest = ClosestPoint::of_quads(positions, quads.iter().copied());
-            slipped.extend(points.iter().map(|&p| closest.project(p).triangle as usize / 2));
-        }
+        slipped.extend(self.nearest(points));
         if slipped.is_empty() {
             return Ok(false);
         }
-        let mut near = vec![false; positions.len()];
-        slipped.iter().flat_map(|&q| quads[q]).for_each(|v| near[v as usize] = true);
-        (0..rings).for_each(|_| self.grow(&mut near));
+        let mut near = self.around(&slipped, rings);
         let own = |v: usize| if bends { constraint(places[v], self.rails) } else { self.constraints[v] };
         let goes = |&v: &usize| near[v] && (own(v) == Constraint::Free || bends && own(v) != Constraint::Fixed);
         let back: Vec<usize> = (0..near.len()).filter(goes).collect();
@@ -59,16 +55,19 @@ impl Work<'_> {
         Ok(true)
     }
 
-    /// The vertices of the quads nearest to some points, and of so many rings around them.
-    pub(crate) fn around(&self, points: &[DVec3], rings: usize) -> Vec<bool> {
-        let Filled { positions, quads, .. } = &self.filled;
-        let closest = ClosestPoint::of_quads(positions, quads.iter().copied());
-        let mut near = vec![false; positions.len()];
-        for &p in points {
-            for v in quads[closest.project(p).triangle as usize / 2] {
-                near[v as usize] = true;
-            }
+    /// The quads nearest to some points.
+    pub(crate) fn nearest(&self, points: &[DVec3]) -> Vec<usize> {
+        if points.is_empty() {
+            return vec![];
         }
+        let closest = ClosestPoint::of_quads(&self.filled.positions, self.filled.quads.iter().copied());
+        points.iter().map(|&p| closest.project(p).triangle as usize / 2).collect()
+    }
+
+    /// The vertices of some quads and of so many rings around them.
+    pub(crate) fn around(&self, quads: &[usize], rings: usize) -> Vec<bool> {
+        let mut near = vec![false; self.filled.positions.len()];
+        quads.iter().flat_map(|&q| self.filled.quads[q]).for_each(|v| near[v as usize] = true);
         (0..rings).for_each(|_| self.grow(&mut near));
         near
     }
@@ -89,21 +88,24 @@ impl Work<'_> {
         move_on: bool,
         monitor: &Monitor,
     ) -> Result<(usize, usize), LayoutError> {
-        let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
-        let known: BTreeSet<[u64; 3]> = self.filled.positions.iter().map(bits).collect();
+        let start = self.filled.positions.clone();
         let (mut mended, mut inverted) = self.mend(smooth, sound, monitor)?;
-        let mut loose = self.clone();
-        if inverted > 0 && loose.release(&loose.pinned()) > 0 {
+        if inverted > 0 {
             // No bend is worth an inverted quad.
-            loose.smooth(1, smooth, monitor)?;
-            let more = loose.mend(smooth, mend::INVERTED, monitor)?;
-            if more.1 < inverted {
-                *self = loose;
-                (mended, inverted) = (mended + more.0, more.1);
+            let mut loose = self.clone();
+            if loose.release(&loose.pinned()) > 0 {
+                loose.smooth(1, smooth, monitor)?;
+                let more = loose.mend(smooth, mend::INVERTED, monitor)?;
+                if more.1 < inverted {
+                    *self = loose;
+                    (mended, inverted) = (mended + more.0, more.1);
+                }
             }
         }
         if move_on && mended > 0 {
             // The quads around each place were held. Some have no room to move without one turning over.
+            let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
+            let known: BTreeSet<[u64; 3]> = start.iter().map(bits).collect();
             let mut near: Vec<bool> = self.filled.positions.iter().map(|p| !known.contains(&bits(p))).collect();
             (0..MOVE_ON_RINGS).for_each(|_| self.grow(&mut near));
             let before = self.filled.positions.clone();
